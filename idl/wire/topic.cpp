@@ -1,0 +1,58 @@
+#include "idl/wire/topic.hpp"
+
+namespace slew::wire {
+namespace {
+
+constexpr dds_duration_t kBlocking = DDS_SECS(2);
+constexpr dds_duration_t kServerLease = DDS_SECS(2);
+
+// What writer and reader of a flow must agree on.
+void set_common(dds_qos_t* qos, Flow flow) {
+  dds_qset_reliability(qos, DDS_RELIABILITY_RELIABLE, kBlocking);
+  switch (flow) {
+    case Flow::order:
+      dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
+      dds_qset_resource_limits(qos, 256, DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+      break;
+    case Flow::answer:
+      dds_qset_history(qos, DDS_HISTORY_KEEP_ALL, 0);
+      dds_qset_resource_limits(qos, 64, DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+      break;
+    case Flow::reply:
+      dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
+      dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 8);
+      break;
+    case Flow::heartbeat:
+      dds_qset_liveliness(qos, DDS_LIVELINESS_AUTOMATIC, kServerLease);
+      [[fallthrough]];
+    case Flow::status:
+      dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
+      dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 1);
+      break;
+    case Flow::telemetry: dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 256); break;
+  }
+}
+
+}  // namespace
+
+Qos writer_qos(Flow flow) {
+  Qos qos;
+  set_common(qos.get(), flow);
+  // An experiment that ended is disposed on purpose; one whose server went away is only unregistered.
+  dds_qset_writer_data_lifecycle(qos.get(), false);
+  // What a late joiner of a transient-local topic gets is the durability service's history.
+  const bool eight = flow == Flow::reply;
+  dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST, eight ? 8 : 1, DDS_LENGTH_UNLIMITED,
+                              DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+  return qos;
+}
+
+Qos reader_qos(Flow flow, bool best_effort) {
+  Qos qos;
+  set_common(qos.get(), flow);
+  if (flow == Flow::telemetry && best_effort)
+    dds_qset_reliability(qos.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
+  return qos;
+}
+
+}  // namespace slew::wire
