@@ -1,0 +1,55 @@
+// As-fast-as-possible work: a pool of workers that share it out in slices of at most 1 ms, fairly between
+// clients, so that one client's ten thousand requests do not hold up another's one.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/service/flight.hpp"
+
+namespace slew::service {
+
+class AsFastLane {
+ public:
+  /// `may_start` is asked before a new flight is begun; while it says no, only flights already begun go on.
+  AsFastLane(std::size_t workers, NextStage& next, std::function<bool()> may_start);
+  /// Stops after the slices under way; what is unfinished stays as it is.
+  ~AsFastLane();
+
+  /// A new flight, or one whose parking has ended.
+  void submit(FlightPointer flight);
+  /// Looks again whether new flights may start.
+  void recheck();
+
+  std::size_t waiting() const;
+  std::size_t under_way() const;
+
+ private:
+  // A client's flights: begun ones take turns, at most kUnderWayPerClient at a time; the rest wait in order.
+  struct Share {
+    std::deque<FlightPointer> begun;
+    std::deque<FlightPointer> waiting;
+    std::size_t in_slice = 0;
+  };
+
+  void work();
+  FlightPointer take_turn();
+
+  NextStage& next_;
+  const std::function<bool()> may_start_;
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  std::map<std::string, Share> shares_;
+  std::deque<std::string> turns_;  ///< clients with something to do, next first
+  bool stopping_ = false;
+  std::vector<std::thread> workers_;
+};
+
+}  // namespace slew::service

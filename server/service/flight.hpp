@@ -1,0 +1,167 @@
+// A flight: one accepted experiment from its acceptance to its end, with everything that travels along.
+//
+// It is handed from stage to stage (lane, publisher, finisher) and belongs to one of them at a time; what
+// other threads may read or wish meanwhile is atomic or behind its mutex.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/experiment/experiment.hpp"
+#include "server/service/clock.hpp"
+#include "server/service/journal.hpp"
+#include "server/service/lateness.hpp"
+#include "server/service/sample_ring.hpp"
+#include "server/service/sample_store.hpp"
+
+namespace slew::service {
+
+/// What clients asked of a flight since its lane last looked.
+struct Wishes {
+  bool cancel = false;
+  bool interrupt = false;        ///< the server is going down
+  std::optional<bool> pause;     ///< true: pause, false: resume
+  std::optional<double> step_s;  ///< fly on for so much simulated time, then pause
+  std::optional<double> rate;    ///< simulated per wall second
+};
+
+/// What a lane has to do with a flight after a slice.
+enum class SliceEnd {
+  goes_on,
+  parked,  ///< paused or held: nothing to do until a wish arrives
+  over,    ///< finished, failed or cancelled
+};
+
+struct PhaseChange {
+  wire::Phase phase;
+  double t_sim_s;
+  std::int64_t unix_ns;
+};
+
+class Flight {
+ public:
+  /// `entry` is what the journal holds of it. The run is made by begin().
+  Flight(JournalEntry entry, Prepared prepared);
+  ~Flight();
+
+  const JournalEntry& entry() const { return entry_; }
+  const Prepared& prepared() const { return prepared_; }
+  bool is_paced() const { return prepared_.timing.mode != TimingMode::as_fast_as_possible; }
+
+  // ---- any thread -----------------------------------------------------------------------------------------
+  wire::Phase phase() const { return phase_.load(std::memory_order_acquire); }
+  double t_sim_s() const { return t_sim_s_.load(std::memory_order_relaxed); }
+  double rate() const { return rate_.load(std::memory_order_relaxed); }
+  std::uint64_t sampled() const { return sampled_.load(std::memory_order_relaxed); }
+  std::int64_t started_unix_ns() const { return started_unix_ns_.load(std::memory_order_relaxed); }
+  std::int64_t ended_unix_ns() const { return ended_unix_ns_.load(std::memory_order_relaxed); }
+  const Lateness& lateness() const { return lateness_; }
+  std::uint64_t overruns() const { return overruns_.load(std::memory_order_relaxed); }
+  std::uint64_t oversleeps() const { return oversleeps_.load(std::memory_order_relaxed); }
+
+  /// Enters a phase and notes it for the publisher.
+  void enter(wire::Phase phase);
+  /// Takes the phase changes noted since the last call.
+  std::vector<PhaseChange> take_phase_changes();
+
+  /// Adds a wish. True when the flight was parked and must be handed to its lane again.
+  bool wish(const Wishes& wishes);
+
+  // ---- the lane that flies it -----------------------------------------------------------------------------
+  /// Makes the run, its ring and its store, unless they are there.
+  SliceEnd begin();
+  bool has_run() const { return run_ != nullptr; }
+  /// Does what was wished since the last slice. Before every fly().
+  SliceEnd follow_wishes();
+  /// Advances to simulated time `until_s`, or until the wall clock passes `yield_at`.
+  SliceEnd fly(double until_s, Monotonic::time_point yield_at);
+  /// For the paced lane: where simulated and wall time met last, renewed when a wish changed the pace.
+  struct Anchor {
+    Monotonic::time_point wall;
+    double sim_s = 0;
+    double rate = 1;
+    std::uint64_t version = 0;
+  };
+  const Anchor& anchor() const { return anchor_; }
+  /// How late a slice's samples were in the ring. A slice that missed the next one's deadline counts as the
+  /// timer's fault (oversleep) or the model's (overrun).
+  void record_slice(double lateness_s, bool missed, bool overslept);
+  /// Ends it without flying on; the phase is announced once it is archived.
+  void end(wire::Phase phase, RunFailure failure = {});
+
+  // ---- publisher and finisher -----------------------------------------------------------------------------
+  SampleRing& ring() { return *ring_; }
+  const SampleStore& samples() const { return *store_; }
+  const Run& run() const { return *run_; }
+  wire::Phase ending() const { return ending_; }
+  const RunFailure& failure() const { return failure_; }
+  const std::optional<Verification>& verification() const { return verification_; }
+  /// Frees run and samples: only what status queries need stays.
+  void shed();
+
+  std::atomic<std::uint64_t> published{0};
+  std::atomic<std::uint64_t> dropped{0};
+  std::uint64_t next_seq = 0;      ///< publisher's
+  std::uint32_t next_event = 0;    ///< publisher's
+  Monotonic::time_point next_status{};  ///< publisher's
+
+ private:
+  class Sink;
+  bool rest_or_run();
+  SliceEnd verify(Monotonic::time_point yield_at);
+  void anchor_now();
+
+  JournalEntry entry_;
+  Prepared prepared_;
+  std::unique_ptr<Run> run_;
+  std::unique_ptr<Run> verification_run_;
+  std::unique_ptr<Sink> sink_;
+  std::unique_ptr<SampleRing> ring_;
+  std::unique_ptr<SampleStore> store_;
+  std::optional<Verification> verification_;
+
+  std::atomic<wire::Phase> phase_{slew_v1_ACCEPTED};
+  std::atomic<double> t_sim_s_{0};
+  std::atomic<double> rate_{0};
+  std::atomic<std::uint64_t> sampled_{0};
+  std::atomic<std::int64_t> started_unix_ns_{0};
+  std::atomic<std::int64_t> ended_unix_ns_{0};
+  std::atomic<std::uint64_t> overruns_{0};
+  std::atomic<std::uint64_t> oversleeps_{0};
+  Lateness lateness_;
+
+  std::mutex mutex_;
+  std::vector<PhaseChange> phase_changes_;
+  Wishes wishes_;
+  std::atomic<bool> has_wishes_{false};
+  bool parked_ = false;  ///< behind mutex_
+
+  // the lane's own
+  Anchor anchor_;
+  bool paused_ = false;
+  std::optional<double> step_until_s_;
+  wire::Phase ending_ = slew_v1_COMPLETED;
+  RunFailure failure_;
+};
+
+using FlightPointer = std::shared_ptr<Flight>;
+
+/// What a lane hands its flights to.
+class NextStage {
+ public:
+  virtual ~NextStage() = default;
+  /// The run exists and will soon have samples.
+  virtual void begun(const FlightPointer& flight) = 0;
+  /// The lane is done with it.
+  virtual void over(const FlightPointer& flight) = 0;
+};
+
+/// What both lanes do before they fly a slice: make the run if this is the first, then follow wishes.
+SliceEnd begin_slice(const FlightPointer& flight, NextStage& next);
+
+}  // namespace slew::service

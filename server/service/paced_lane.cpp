@@ -1,0 +1,138 @@
+#include "server/service/paced_lane.hpp"
+
+#include <pthread.h>
+#include <sys/prctl.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/service/thread_name.hpp"
+
+namespace slew::service {
+namespace {
+
+constexpr double kShortestSlice_s = 1e-3;
+constexpr double kLongestSlice_s = 50e-3;
+constexpr int kPriority = 20;
+
+// Slices as often as there are samples, within reason.
+double slice_period_s(const Flight& flight) {
+  return std::clamp(flight.prepared().telemetry.sample_period_s / flight.anchor().rate, kShortestSlice_s,
+                    kLongestSlice_s);
+}
+
+bool take_realtime_policy() {
+  // Where the policy is refused, at least the timers should be exact.
+  prctl(PR_SET_TIMERSLACK, 1UL);
+  sched_param parameter{};
+  parameter.sched_priority = kPriority;
+  return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameter) == 0;
+}
+
+}  // namespace
+
+PacedLane::PacedLane(std::size_t pacers, NextStage& next) : next_(next) {
+  for (std::size_t i = 0; i < pacers; ++i) pacers_.push_back(std::make_unique<Pacer>());
+  for (std::size_t i = 0; i < pacers; ++i)
+    pacers_[i]->thread = std::thread([this, i] {
+      name_this_thread("pacer-" + std::to_string(i));
+      if (!take_realtime_policy()) realtime_policy_ = false;
+      pace(*pacers_[i]);
+    });
+}
+
+PacedLane::~PacedLane() {
+  stopping_ = true;
+  for (auto& pacer : pacers_) {
+    { const std::lock_guard lock(pacer->mutex); }
+    pacer->wake.notify_one();
+  }
+  for (auto& pacer : pacers_) pacer->thread.join();
+}
+
+void PacedLane::submit(FlightPointer flight) {
+  // To the pacer with the fewest flights.
+  Pacer* emptiest = nullptr;
+  std::size_t fewest = SIZE_MAX;
+  for (auto& pacer : pacers_) {
+    const std::lock_guard lock(pacer->mutex);
+    if (pacer->heap.size() < fewest) {
+      fewest = pacer->heap.size();
+      emptiest = pacer.get();
+    }
+  }
+  {
+    const std::lock_guard lock(emptiest->mutex);
+    emptiest->heap.push_back({Monotonic::now(), 0, flight->anchor().version, std::move(flight)});
+    std::push_heap(emptiest->heap.begin(), emptiest->heap.end(), std::greater<>());
+  }
+  emptiest->wake.notify_one();
+}
+
+std::size_t PacedLane::flying() const {
+  std::size_t total = 0;
+  for (const auto& pacer : pacers_) {
+    const std::lock_guard lock(pacer->mutex);
+    total += pacer->heap.size() + (pacer->in_slice ? 1 : 0);
+  }
+  return total;
+}
+
+void PacedLane::pace(Pacer& pacer) {
+  std::unique_lock lock(pacer.mutex);
+  while (!stopping_) {
+    if (pacer.heap.empty()) {
+      pacer.wake.wait(lock);
+      continue;
+    }
+    const auto deadline = pacer.heap.front().deadline;
+    const bool slept = Monotonic::now() < deadline;
+    if (slept) {
+      pacer.wake.wait_until(lock, deadline);
+      if (pacer.heap.empty() || Monotonic::now() < pacer.heap.front().deadline) continue;
+    }
+    std::pop_heap(pacer.heap.begin(), pacer.heap.end(), std::greater<>());
+    Appointment appointment = std::move(pacer.heap.back());
+    pacer.heap.pop_back();
+    pacer.in_slice = true;
+    lock.unlock();
+    const bool goes_on = keep(appointment, slept);
+    lock.lock();
+    pacer.in_slice = false;
+    if (!goes_on) continue;
+    pacer.heap.push_back(std::move(appointment));
+    std::push_heap(pacer.heap.begin(), pacer.heap.end(), std::greater<>());
+  }
+}
+
+bool PacedLane::keep(Appointment& appointment, bool slept) {
+  Flight& flight = *appointment.flight;
+  const auto woke = Monotonic::now();
+  SliceEnd end = begin_slice(appointment.flight, next_);
+  const auto& anchor = flight.anchor();
+  const double period_s = slice_period_s(flight);
+  const bool first = anchor.version != appointment.anchor_version;
+  if (end == SliceEnd::goes_on) {
+    // Due is the newest grid point that has passed: after an overrun the missed slices are flown as one.
+    const double passed = std::floor(seconds(woke - anchor.wall) / period_s);
+    const std::uint64_t due =
+        first ? 0 : std::max(appointment.slice, static_cast<std::uint64_t>(std::max(0.0, passed)));
+    const double until_s = anchor.sim_s + anchor.rate * (static_cast<double>(due) * period_s);
+    end = flight.fly(until_s, Monotonic::time_point::max());
+    if (!first) {
+      const auto done = Monotonic::now();
+      const double late_s = seconds(done - appointment.deadline);
+      const bool overslept = slept && seconds(woke - appointment.deadline) > 0.5 * late_s;
+      flight.record_slice(late_s, late_s > period_s, overslept);
+      const std::lock_guard lock(lateness_mutex_);
+      lateness_.record(late_s);
+    }
+    appointment.slice = due + 1;
+    appointment.anchor_version = anchor.version;
+    appointment.deadline = anchor.wall + from_seconds(static_cast<double>(appointment.slice) * period_s);
+  }
+  if (end == SliceEnd::over) next_.over(appointment.flight);
+  return end == SliceEnd::goes_on;
+}
+
+}  // namespace slew::service

@@ -1,0 +1,270 @@
+#include "server/service/server.hpp"
+
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+#include <sys/file.h>
+#include <systemd/sd-daemon.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "idl/wire/text.hpp"
+#include "server/experiment/limits.hpp"
+#include "server/service/thread_name.hpp"
+
+namespace slew::service {
+namespace {
+
+// While this many flights wait for the disk, no new as-fast one is begun: their samples are in memory.
+constexpr std::size_t kLargestBacklog = 64;
+
+std::string host_name() {
+  char name[129] = {};
+  gethostname(name, sizeof name - 1);
+  return name;
+}
+
+std::uint64_t resident_bytes() {
+  std::ifstream statm("/proc/self/statm");
+  std::uint64_t total = 0, resident = 0;
+  statm >> total >> resident;
+  return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+}
+
+// The same server keeps its id from start to start; it stands beside its journal.
+wire::Id server_id(const std::filesystem::path& state_directory) {
+  const auto file = state_directory / "server_id";
+  std::string text;
+  if (std::ifstream(file) >> text)
+    if (const auto id = wire::Id::parse(text)) return *id;
+  const auto id = wire::Id::make();
+  if (!(std::ofstream(file) << id.hex() << '\n'))
+    throw std::runtime_error("the state directory " + state_directory.string() + " cannot be written");
+  return id;
+}
+
+}  // namespace
+
+// One server per state directory.
+class Server::StateLock {
+ public:
+  explicit StateLock(const std::filesystem::path& directory) {
+    std::error_code error;
+    std::filesystem::create_directories(directory, error);
+    if (error)
+      throw std::runtime_error("the state directory " + directory.string() +
+                               " cannot be made: " + error.message());
+    fd_ = ::open((directory / "lock").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0640);
+    if (fd_ < 0) throw std::runtime_error("the state directory " + directory.string() + " cannot be written");
+    if (::flock(fd_, LOCK_EX | LOCK_NB) != 0) {
+      ::close(fd_);
+      throw std::runtime_error("another server uses the state directory " + directory.string());
+    }
+  }
+  StateLock(const StateLock&) = delete;
+  StateLock& operator=(const StateLock&) = delete;
+  ~StateLock() { ::close(fd_); }
+
+ private:
+  int fd_ = -1;
+};
+
+Server::Server(const ServerOptions& options)
+    : options_(options),
+      started_unix_ns_(unix_ns()),
+      state_lock_(std::make_unique<StateLock>(options.state_directory)),
+      server_id_(server_id(options.state_directory)),
+      domain_(options.domain),
+      health_(domain_),
+      replies_(domain_),
+      archive_(options.state_directory / "series") {
+  const auto journal_file = options.state_directory / "journal.sqlite";
+  journal_ = std::make_unique<Journal>(journal_file);
+  publisher_ =
+      std::make_unique<Publisher>(domain_, [this](FlightPointer flight) { finisher_->take(std::move(flight)); });
+  finisher_ = std::make_unique<Finisher>(archive_, *journal_,
+                                         [this](const FlightPointer& flight) { committed(flight); });
+  as_fast_ = std::make_unique<AsFastLane>(options.workers, *publisher_, [this] {
+    return !draining_ && finisher_->backlog() < kLargestBacklog;
+  });
+  paced_ = std::make_unique<PacedLane>(options.pacers, *publisher_);
+  queries_ = std::make_unique<Queries>(domain_, registry_, archive_, journal_file);
+  recover();
+  intake_ = std::make_unique<Intake>(
+      domain_, registry_, *journal_, journal_file, replies_,
+      [this](const FlightPointer& flight) { launch(flight); },
+      [this](const FlightPointer& flight) { relaunch(flight); });
+  health_thread_ = std::thread([this] {
+    name_this_thread("health");
+    watch_health();
+  });
+  if (!paced_->realtime_policy())
+    spdlog::warn("paced work runs without SCHED_FIFO: not permitted (LimitRTPRIO=, CAP_SYS_NICE)");
+  spdlog::info("server {} serves domain {} from {}", server_id_.hex(), domain_.id(),
+               options.state_directory.string());
+  sd_notify(0, "READY=1");
+}
+
+Server::~Server() {
+  sd_notify(0, "STOPPING=1");
+  {
+    const std::lock_guard lock(health_mutex_);
+    stopping_ = true;
+  }
+  health_wake_.notify_one();
+  health_thread_.join();
+  draining_ = true;
+  // Along the way a request takes, so that nothing is handed to what is gone.
+  intake_.reset();
+  queries_.reset();
+  journal_->flush();  // acceptances on their way to a lane
+  paced_.reset();
+  as_fast_.reset();
+  publisher_->flush();
+  finisher_.reset();
+  publisher_.reset();
+  journal_.reset();
+}
+
+void Server::launch(const FlightPointer& flight) {
+  if (!flight->is_paced()) flight->enter(slew_v1_QUEUED);
+  relaunch(flight);
+}
+
+void Server::relaunch(const FlightPointer& flight) {
+  if (flight->is_paced())
+    paced_->submit(flight);
+  else
+    as_fast_->submit(flight);
+}
+
+void Server::committed(const FlightPointer& flight) {
+  const JournalEntry& entry = flight->entry();
+  const wire::Phase phase = flight->ending();
+  Saying saying{"ok", "completed"};
+  switch (phase) {
+    case slew_v1_COMPLETED: ++completed_; break;
+    case slew_v1_FAILED:
+      ++failed_;
+      saying = {flight->failure().code, flight->failure().sentence};
+      break;
+    case slew_v1_CANCELLED:
+      ++cancelled_;
+      saying = {"cancelled", "cancelled on request"};
+      break;
+    default:
+      ++interrupted_;
+      saying = {"interrupted", "the server went down while the experiment was paced"};
+      break;
+  }
+  spdlog::info("[{}] {} at t = {} s", entry.experiment_id.hex(), saying.sentence, flight->t_sim_s());
+  flight->enter(phase);
+  flight->shed();
+  registry_.ended(flight);
+  publisher_->ended(flight);
+  replies_.write(entry.request_id, entry.experiment_id, phase, saying);
+  as_fast_->recheck();
+}
+
+// What an earlier server accepted and did not end: as-fast work gives the same bits when it runs again; paced
+// work was tied to a clock that has gone on.
+void Server::recover() {
+  std::vector<JournalEntry> owed = JournalReader(options_.state_directory / "journal.sqlite").unfinished();
+  for (JournalEntry& entry : owed) {
+    auto outcome = prepare(entry.request);
+    auto* prepared = std::get_if<Prepared>(&outcome);
+    const auto flight =
+        std::make_shared<Flight>(std::move(entry), prepared ? std::move(*prepared) : Prepared{});
+    registry_.add(flight);
+    flight->enter(slew_v1_ACCEPTED);
+    if (!prepared) {
+      const auto& rejection = std::get<Rejection>(outcome);
+      flight->end(slew_v1_FAILED, {"not_valid_any_more", rejection.sentence});
+      publisher_->over(flight);
+    } else if (flight->is_paced() && !flight->prepared().timing.run_again_after_restart) {
+      flight->end(slew_v1_INTERRUPTED);
+      publisher_->over(flight);
+    } else {
+      launch(flight);
+    }
+  }
+  if (!owed.empty()) spdlog::info("{} unfinished experiments taken up", owed.size());
+}
+
+void Server::drain() {
+  if (draining_.exchange(true)) return;
+  spdlog::info("draining for at most {} s", options_.drain_s);
+  sd_notify(0, "STOPPING=1\nSTATUS=draining");
+  intake_->drain();
+  const auto deadline = Monotonic::now() + from_seconds(options_.drain_s);
+  const auto is_over = [this] { return as_fast_->under_way() == 0 && paced_->flying() == 0; };
+  while (!is_over() && Monotonic::now() < deadline) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  for (const FlightPointer& flight : registry_.alive())
+    if (flight->is_paced()) {
+      Wishes wishes;
+      wishes.interrupt = true;
+      if (flight->wish(wishes)) relaunch(flight);
+    }
+  const auto patience = Monotonic::now() + std::chrono::seconds(2);
+  while (paced_->flying() > 0 && Monotonic::now() < patience)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  publisher_->flush();
+  if (!finisher_->wait_until_idle(std::chrono::seconds(5)))
+    spdlog::error("{} results could not be committed; they will be made again after a restart",
+                  finisher_->backlog());
+}
+
+void Server::watch_health() {
+  const auto& most = limits();
+  auto next = Monotonic::now();
+  std::unique_lock lock(health_mutex_);
+  while (!stopping_) {
+    lock.unlock();
+    tell_health();
+    const auto age = from_seconds(most.retention_s);
+    for (const FlightPointer& flight : registry_.take_expired(most.retained_experiments, age))
+      publisher_->forget(flight);
+    replies_.forget(2 * most.retained_experiments, age);
+    sd_notify(0, "WATCHDOG=1");
+    lock.lock();
+    next += std::chrono::seconds(1);
+    health_wake_.wait_until(lock, next, [this] { return stopping_; });
+  }
+}
+
+void Server::tell_health() {
+  slew_v1_Server status{};
+  server_id_.store(status.server_id);
+  boot_id_.store(status.boot_id);
+  wire::store(SLEW_VERSION, status.version);
+  wire::store(host_name(), status.host);
+  status.process_id = static_cast<std::int32_t>(getpid());
+  status.started_unix_ns = started_unix_ns_;
+  status.unix_ns = unix_ns();
+  status.workers = static_cast<std::uint32_t>(options_.workers);
+  status.pacers = static_cast<std::uint32_t>(options_.pacers);
+  status.realtime_policy = paced_->realtime_policy();
+  status.draining = draining_;
+  std::size_t held = 0;
+  registry_.page(slew_v1_HELD, 0, 0, held);
+  status.held = static_cast<std::uint32_t>(held);
+  status.queued = static_cast<std::uint32_t>(as_fast_->waiting());
+  status.paced = static_cast<std::uint32_t>(paced_->flying());
+  status.running = static_cast<std::uint32_t>(as_fast_->under_way() + paced_->flying());
+  status.queue_limit = static_cast<std::uint32_t>(limits().max_queued_experiments);
+  status.lateness_p99_s = paced_->lateness().quantile_s(0.99);
+  status.lateness_max_s = paced_->lateness().max_s();
+  status.accepted = intake_->accepted();
+  status.rejected = intake_->rejected();
+  status.malformed = intake_->malformed();
+  status.completed = completed_;
+  status.failed = failed_;
+  status.cancelled = cancelled_;
+  status.interrupted = interrupted_;
+  status.samples_published = publisher_->samples_published();
+  status.samples_dropped = publisher_->samples_dropped();
+  status.resident_bytes = resident_bytes();
+  health_.write(status);
+}
+
+}  // namespace slew::service

@@ -1,0 +1,82 @@
+// The server: its parts, and the one direction in which a request goes through them.
+//
+//   intake -> journal -> lane (as-fast | paced) -> publisher -> finisher -> journal -> reply
+#pragma once
+
+#include <atomic>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "idl/wire/domain.hpp"
+#include "server/service/archive.hpp"
+#include "server/service/as_fast_lane.hpp"
+#include "server/service/finisher.hpp"
+#include "server/service/intake.hpp"
+#include "server/service/journal.hpp"
+#include "server/service/paced_lane.hpp"
+#include "server/service/publisher.hpp"
+#include "server/service/queries.hpp"
+#include "server/service/registry.hpp"
+#include "server/service/replies.hpp"
+
+namespace slew::service {
+
+struct ServerOptions {
+  wire::DomainOptions domain;
+  std::filesystem::path state_directory;
+  std::size_t workers = 2;
+  std::size_t pacers = 2;
+  double drain_s = 10;  ///< what is under way may take so long to end after SIGTERM
+};
+
+class Server {
+ public:
+  /// Opens the state, takes up what an earlier server left unfinished, and serves. Throws JournalError,
+  /// WireError or std::runtime_error with a sentence for the user.
+  explicit Server(const ServerOptions& options);
+  /// Stops at once; accepted as-fast work runs again at the next start.
+  ~Server();
+
+  /// Refuses new requests, lets what is under way end for `drain_s`, marks paced experiments that did not as
+  /// interrupted. Idempotent.
+  void drain();
+
+ private:
+  class StateLock;
+  void launch(const FlightPointer& flight);
+  void relaunch(const FlightPointer& flight);
+  void committed(const FlightPointer& flight);
+  void recover();
+  void tell_health();
+  void watch_health();
+
+  const ServerOptions options_;
+  const std::int64_t started_unix_ns_;
+  std::unique_ptr<StateLock> state_lock_;
+  wire::Id server_id_;
+  wire::Id boot_id_ = wire::Id::make();
+
+  wire::Domain domain_;
+  wire::Writer<slew_v1_Server> health_;
+  Registry registry_;
+  Replies replies_;
+  Archive archive_;
+  std::unique_ptr<Journal> journal_;
+  std::unique_ptr<Publisher> publisher_;
+  std::unique_ptr<Finisher> finisher_;
+  std::unique_ptr<AsFastLane> as_fast_;
+  std::unique_ptr<PacedLane> paced_;
+  std::unique_ptr<Queries> queries_;
+  std::unique_ptr<Intake> intake_;
+
+  std::atomic<bool> draining_{false};
+  std::atomic<std::uint64_t> completed_{0}, failed_{0}, cancelled_{0}, interrupted_{0};
+  std::mutex health_mutex_;
+  std::condition_variable health_wake_;
+  bool stopping_ = false;
+  std::thread health_thread_;
+};
+
+}  // namespace slew::service
