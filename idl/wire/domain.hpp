@@ -38,7 +38,7 @@ class Domain {
 
  private:
   std::uint32_t id_;
-  Entity domain_;       // deleted after everything in it
+  Entity domain_;  // deleted after everything in it
   Entity participant_;
 };
 

@@ -31,8 +31,7 @@ class Reader {
     while (total < most) {
       std::array<void*, kLoan> samples{};
       std::array<dds_sample_info_t, kLoan> infos;
-      const dds_return_t count =
-          dds_take(reader_.get(), samples.data(), infos.data(), samples.size(), kLoan);
+      const dds_return_t count = dds_take(reader_.get(), samples.data(), infos.data(), samples.size(), kLoan);
       if (count <= 0) break;
       for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
         each(*static_cast<const T*>(samples[i]), infos[i]);

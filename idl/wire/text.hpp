@@ -23,9 +23,13 @@ std::string_view view(const char (&source)[N]) {
   return {source, strnlen(source, N)};
 }
 
-inline std::string_view view(const char* source) { return source ? std::string_view(source) : ""; }
+inline std::string_view view(const char* source) {
+  return source ? std::string_view(source) : "";
+}
 
 /// The C types want a mutable pointer in samples that are only read.
-inline char* borrowed(const std::string& text) { return const_cast<char*>(text.c_str()); }
+inline char* borrowed(const std::string& text) {
+  return const_cast<char*>(text.c_str());
+}
 
 }  // namespace slew::wire

@@ -29,7 +29,9 @@ void set_common(dds_qos_t* qos, Flow flow) {
       dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
       dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 1);
       break;
-    case Flow::telemetry: dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 256); break;
+    case Flow::telemetry:
+      dds_qset_history(qos, DDS_HISTORY_KEEP_LAST, 256);
+      break;
   }
 }
 
@@ -50,8 +52,7 @@ Qos writer_qos(Flow flow) {
 Qos reader_qos(Flow flow, bool best_effort) {
   Qos qos;
   set_common(qos.get(), flow);
-  if (flow == Flow::telemetry && best_effort)
-    dds_qset_reliability(qos.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
+  if (flow == Flow::telemetry && best_effort) dds_qset_reliability(qos.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
   return qos;
 }
 

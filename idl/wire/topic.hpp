@@ -1,4 +1,5 @@
-// The topics of version 1: for each type its name, descriptor and QoS. The table in topic.cpp is the contract.
+// The topics of version 1: for each type its name, descriptor and QoS. The table in topic.cpp is the
+// contract.
 #pragma once
 
 #include <dds/dds.h>
@@ -38,11 +39,11 @@ Qos reader_qos(Flow flow, bool best_effort = false);
 template <typename T>
 struct Topic;
 
-#define SLEW_TOPIC(Type, Name, FlowName)                                     \
-  template <>                                                                \
-  struct Topic<Type> {                                                       \
-    static constexpr const char* name = Name;                                \
-    static constexpr Flow flow = Flow::FlowName;                             \
+#define SLEW_TOPIC(Type, Name, FlowName)                                       \
+  template <>                                                                  \
+  struct Topic<Type> {                                                         \
+    static constexpr const char* name = Name;                                  \
+    static constexpr Flow flow = Flow::FlowName;                               \
     static const dds_topic_descriptor_t* descriptor() { return &Type##_desc; } \
   }
 

@@ -25,7 +25,9 @@ void Waitset::attach(dds_entity_t reader) {
     throw WireError("a reader could not be waited for");
 }
 
-void Waitset::wake() { dds_set_guardcondition(guard_.get(), true); }
+void Waitset::wake() {
+  dds_set_guardcondition(guard_.get(), true);
+}
 
 bool Waitset::wait(std::chrono::nanoseconds timeout) {
   const dds_return_t triggered = dds_waitset_wait(waitset_.get(), nullptr, 0, timeout.count());

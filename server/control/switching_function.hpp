@@ -2,6 +2,7 @@
 //   s = (theta - theta_f) + gamma_bar I*/(2 N*) omega |omega|.
 #pragma once
 
+#include <cmath>
 #include <optional>
 
 namespace slew {
@@ -21,6 +22,57 @@ struct SwitchingFunctionParameters {
   Deadband deadband = Deadband::none;
   double deadband_rad = 0;  ///< epsilon
   std::optional<EndBox> end_box;
+};
+
+/// Which side of the dead band s is on.
+enum class SwitchingSide { below, inside, above };
+
+/// The law for one maneuver: immutable once made.
+class SwitchingFunction {
+ public:
+  /// `direction` is the sign of theta_f - theta_0, which decides where a single-sided band lies.
+  SwitchingFunction(const SwitchingFunctionParameters& parameters, double final_angle_rad, int direction);
+
+  /// s in rad. Templated over the scalar: double, dual numbers.
+  template <typename Scalar>
+  Scalar value(const Scalar& angle_rad, const Scalar& rate_rad_s) const {
+    using std::abs;
+    return (angle_rad - final_angle_rad_) + curvature_ * rate_rad_s * abs(rate_rad_s);
+  }
+
+  /// gamma_bar I*/(2 N*), in rad s^2/rad^2.
+  double curvature() const { return curvature_; }
+  /// The band is [lower, upper]: [0, 0] without one, [-eps, eps] double-sided (Eq. 15), and on the side the
+  /// slew comes from when single-sided. Eq. 19 prints [-eps, 0], which is right for slews towards +theta
+  /// only: towards -theta it would bring the spacecraft to rest at an error of -eps. It is mirrored here.
+  double lower_rad() const { return lower_rad_; }
+  double upper_rad() const { return upper_rad_; }
+
+  /// Eq. 19 includes both ends of the band (Eq. 17 prints s < 0 for its upper end; the difference has measure
+  /// zero).
+  SwitchingSide side(double s_rad) const {
+    if (s_rad > upper_rad_) return SwitchingSide::above;
+    if (s_rad < lower_rad_) return SwitchingSide::below;
+    return SwitchingSide::inside;
+  }
+
+  /// The firing asked for on a side: u = -sgn s outside the band, 0 inside.
+  static int demand(SwitchingSide side) {
+    return side == SwitchingSide::above ? -1 : side == SwitchingSide::below ? 1 : 0;
+  }
+
+  const std::optional<EndBox>& end_box() const { return end_box_; }
+  bool in_end_box(double angle_rad, double rate_rad_s) const {
+    return end_box_ && std::abs(angle_rad - final_angle_rad_) <= end_box_->angle_rad &&
+           std::abs(rate_rad_s) <= end_box_->rate_rad_s;
+  }
+
+ private:
+  double final_angle_rad_;
+  double curvature_;
+  double lower_rad_ = 0;
+  double upper_rad_ = 0;
+  std::optional<EndBox> end_box_;
 };
 
 }  // namespace slew

@@ -40,7 +40,9 @@ void check(herr_t status, const char* what) {
   if (status < 0) throw std::runtime_error(std::string("HDF5 could not ") + what);
 }
 
-void quiet() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+void quiet() {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
 
 void write_text_attribute(hid_t object, const char* name, const std::string& text) {
   const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "make a text type");
@@ -79,8 +81,7 @@ void make_group(hid_t file, const char* name) {
   const Handle properties(H5Pcreate(H5P_GROUP_CREATE), H5Pclose, "make a group property");
   check(H5Pset_link_creation_order(properties, H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED),
         "keep a group's order");
-  const Handle group(H5Gcreate2(file, name, H5P_DEFAULT, properties, H5P_DEFAULT), H5Gclose,
-                     "make a group");
+  const Handle group(H5Gcreate2(file, name, H5P_DEFAULT, properties, H5P_DEFAULT), H5Gclose, "make a group");
 }
 
 // The file as it will stand on the disk, made in memory: nothing of HDF5 is locked while the disk works.
@@ -149,8 +150,7 @@ std::vector<double> read_column(hid_t dataset) {
   const hssize_t rows = H5Sget_simple_extent_npoints(space);
   if (rows < 0) throw std::runtime_error("HDF5 could not read a dataset's length");
   std::vector<double> values(static_cast<std::size_t>(rows));
-  check(H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()),
-        "read a dataset");
+  check(H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), "read a dataset");
   return values;
 }
 
@@ -161,8 +161,9 @@ std::vector<std::string> names_in(hid_t file, const char* group) {
     static_cast<std::vector<std::string>*>(into)->emplace_back(name);
     return 0;
   };
-  check(H5Literate_by_name(file, group, H5_INDEX_CRT_ORDER, H5_ITER_INC, nullptr, collect, &names, H5P_DEFAULT),
-        "list a group");
+  check(
+      H5Literate_by_name(file, group, H5_INDEX_CRT_ORDER, H5_ITER_INC, nullptr, collect, &names, H5P_DEFAULT),
+      "list a group");
   return names;
 }
 

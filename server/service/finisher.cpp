@@ -19,13 +19,10 @@ nlohmann::json lateness_document(const Flight& flight) {
   const Lateness& lateness = flight.lateness();
   nlohmann::json bins = nlohmann::json::array();
   lateness.each_bin([&](double upper_edge_s, std::uint64_t count) { bins.push_back({upper_edge_s, count}); });
-  return {{"slices", lateness.count()},
-          {"p50_s", lateness.quantile_s(0.5)},
-          {"p99_s", lateness.quantile_s(0.99)},
-          {"max_s", lateness.max_s()},
-          {"overruns", flight.overruns()},
-          {"oversleeps", flight.oversleeps()},
-          {"histogram", bins}};
+  return {
+      {"slices", lateness.count()}, {"p50_s", lateness.quantile_s(0.5)}, {"p99_s", lateness.quantile_s(0.99)},
+      {"max_s", lateness.max_s()},  {"overruns", flight.overruns()},     {"oversleeps", flight.oversleeps()},
+      {"histogram", bins}};
 }
 
 }  // namespace

@@ -47,8 +47,7 @@ class Flight::Sink final : public SampleSink {
   void event(const SwitchEvent&) override {}
 
   void publish_last() {
-    if (!last_is_published_)
-      flight_.ring_->push(last_[0], std::span<const double>(last_).subspan(1), {});
+    if (!last_is_published_) flight_.ring_->push(last_[0], std::span<const double>(last_).subspan(1), {});
     last_is_published_ = true;
   }
 

@@ -106,8 +106,8 @@ class Flight {
 
   std::atomic<std::uint64_t> published{0};
   std::atomic<std::uint64_t> dropped{0};
-  std::uint64_t next_seq = 0;      ///< publisher's
-  std::uint32_t next_event = 0;    ///< publisher's
+  std::uint64_t next_seq = 0;           ///< publisher's
+  std::uint32_t next_event = 0;         ///< publisher's
   Monotonic::time_point next_status{};  ///< publisher's
 
  private:

@@ -191,9 +191,15 @@ void Intake::on_control(const slew_v1_Control& control) {
   Wishes wishes;
   const bool is_positive = std::isfinite(control.value) && control.value > 0;
   switch (control.action) {
-    case slew_v1_CANCEL: wishes.cancel = true; break;
-    case slew_v1_PAUSE: wishes.pause = true; break;
-    case slew_v1_RESUME: wishes.pause = false; break;
+    case slew_v1_CANCEL:
+      wishes.cancel = true;
+      break;
+    case slew_v1_PAUSE:
+      wishes.pause = true;
+      break;
+    case slew_v1_RESUME:
+      wishes.pause = false;
+      break;
     case slew_v1_STEP:
       if (!is_positive) return not_possible("a step is a positive number of simulated seconds");
       wishes.step_s = control.value;

@@ -140,7 +140,9 @@ JournalEntry read_whole(Statement& row) {
   return entry;
 }
 
-std::string select_whole() { return std::string("SELECT ") + kShortColumns + ", request, result "; }
+std::string select_whole() {
+  return std::string("SELECT ") + kShortColumns + ", request, result ";
+}
 
 std::int64_t user_version(sqlite3* database) {
   Statement statement(database, "PRAGMA user_version");
@@ -166,10 +168,11 @@ void prepare_tables(sqlite3* database, const std::filesystem::path& file) {
 }
 
 void insert(sqlite3* database, const JournalEntry& entry) {
-  Statement statement(database,
-                      "INSERT INTO experiment (experiment_id, request_id, experiment_hex, request_hex, client_id, "
-                      "sender, label, preset, timing_mode, request, fingerprint, duration_s, accepted_unix_ns, phase) "
-                      "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+  Statement statement(
+      database,
+      "INSERT INTO experiment (experiment_id, request_id, experiment_hex, request_hex, client_id, "
+      "sender, label, preset, timing_mode, request, fingerprint, duration_s, accepted_unix_ns, phase) "
+      "VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
   statement.bind(entry.experiment_id)
       .bind(entry.request_id)
       .bind(entry.experiment_id.hex())
@@ -289,7 +292,9 @@ std::string Journal::commit(std::vector<Operation>& batch) {
 JournalReader::JournalReader(const std::filesystem::path& file)
     : database_(open(file, SQLITE_OPEN_READONLY)) {}
 
-JournalReader::~JournalReader() { sqlite3_close(database_); }
+JournalReader::~JournalReader() {
+  sqlite3_close(database_);
+}
 
 std::optional<JournalEntry> JournalReader::by_request(const wire::Id& request_id) {
   Statement row(database_, select_whole() + "FROM experiment WHERE request_id = ?");
@@ -329,7 +334,8 @@ std::size_t JournalReader::count() {
 }
 
 std::vector<JournalEntry> JournalReader::unfinished() {
-  Statement row(database_, select_whole() + "FROM experiment WHERE ended_unix_ns = 0 ORDER BY accepted_unix_ns");
+  Statement row(database_,
+                select_whole() + "FROM experiment WHERE ended_unix_ns = 0 ORDER BY accepted_unix_ns");
   std::vector<JournalEntry> entries;
   while (row.step()) entries.push_back(read_whole(row));
   return entries;

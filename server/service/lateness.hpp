@@ -21,7 +21,8 @@ class Lateness {
   std::uint64_t count() const { return count_.load(std::memory_order_relaxed); }
   double max_s() const { return max_s_.load(std::memory_order_relaxed); }
 
-  /// The upper edge of the bin that holds this quantile (0 to 1), at most max_s(); 0 when nothing was recorded.
+  /// The upper edge of the bin that holds this quantile (0 to 1), at most max_s(); 0 when nothing was
+  /// recorded.
   double quantile_s(double fraction) const {
     const std::uint64_t total = count();
     if (total == 0) return 0;

@@ -53,10 +53,18 @@ Publisher::~Publisher() {
   thread_.join();
 }
 
-void Publisher::begun(const FlightPointer& flight) { post(News::begun, flight); }
-void Publisher::over(const FlightPointer& flight) { post(News::over, flight); }
-void Publisher::ended(const FlightPointer& flight) { post(News::ended, flight); }
-void Publisher::forget(const FlightPointer& flight) { post(News::forget, flight); }
+void Publisher::begun(const FlightPointer& flight) {
+  post(News::begun, flight);
+}
+void Publisher::over(const FlightPointer& flight) {
+  post(News::over, flight);
+}
+void Publisher::ended(const FlightPointer& flight) {
+  post(News::ended, flight);
+}
+void Publisher::forget(const FlightPointer& flight) {
+  post(News::forget, flight);
+}
 
 void Publisher::post(News news, const FlightPointer& flight) {
   {
@@ -116,7 +124,9 @@ void Publisher::take_in(const Item& item) {
       drained_(item.flight);
       break;
     }
-    case News::ended: tell_phases(flight); break;
+    case News::ended:
+      tell_phases(flight);
+      break;
     case News::forget: {
       slew_v1_Experiment experiment{};
       flight.entry().experiment_id.store(experiment.experiment_id);

@@ -142,7 +142,8 @@ Queries::Answer Queries::answer(const std::string& kind, const std::string& text
   if (kind == "result") return result(arguments);
   if (kind == "series") return series(arguments);
   if (kind == "describe") return describe(arguments);
-  refuse("invalid", "there is no query '" + kind + "'; there are list, history, show, result, series, describe");
+  refuse("invalid",
+         "there is no query '" + kind + "'; there are list, history, show, result, series, describe");
 } catch (const Refusal& refusal) {
   return {refusal.saying.code, refusal.saying.json()};
 } catch (const std::exception& error) {

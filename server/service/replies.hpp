@@ -30,7 +30,8 @@ class Replies {
   explicit Replies(const wire::Domain& domain) : writer_(domain) {}
 
   /// What became of a request. A terminal phase is the last word on it.
-  void write(const wire::Id& request_id, const wire::Id& experiment_id, wire::Phase phase, const Saying& saying);
+  void write(const wire::Id& request_id, const wire::Id& experiment_id, wire::Phase phase,
+             const Saying& saying);
   /// What became of a control; always the last word.
   void write_control(const wire::Id& request_id, const wire::Id& experiment_id, wire::Phase phase,
                      const Saying& saying);
@@ -44,8 +45,8 @@ class Replies {
     Monotonic::time_point at;
   };
 
-  void send(const wire::Id& request_id, const wire::Id& experiment_id, wire::Phase phase, const Saying& saying,
-            bool is_last_word);
+  void send(const wire::Id& request_id, const wire::Id& experiment_id, wire::Phase phase,
+            const Saying& saying, bool is_last_word);
 
   wire::Writer<slew_v1_Reply> writer_;
   std::mutex mutex_;

@@ -80,13 +80,12 @@ Server::Server(const ServerOptions& options)
       archive_(options.state_directory / "series") {
   const auto journal_file = options.state_directory / "journal.sqlite";
   journal_ = std::make_unique<Journal>(journal_file);
-  publisher_ =
-      std::make_unique<Publisher>(domain_, [this](FlightPointer flight) { finisher_->take(std::move(flight)); });
+  publisher_ = std::make_unique<Publisher>(
+      domain_, [this](FlightPointer flight) { finisher_->take(std::move(flight)); });
   finisher_ = std::make_unique<Finisher>(archive_, *journal_,
                                          [this](const FlightPointer& flight) { committed(flight); });
-  as_fast_ = std::make_unique<AsFastLane>(options.workers, *publisher_, [this] {
-    return !draining_ && finisher_->backlog() < kLargestBacklog;
-  });
+  as_fast_ = std::make_unique<AsFastLane>(
+      options.workers, *publisher_, [this] { return !draining_ && finisher_->backlog() < kLargestBacklog; });
   paced_ = std::make_unique<PacedLane>(options.pacers, *publisher_);
   queries_ = std::make_unique<Queries>(domain_, registry_, archive_, journal_file);
   recover();
@@ -143,7 +142,9 @@ void Server::committed(const FlightPointer& flight) {
   const wire::Phase phase = flight->ending();
   Saying saying{"ok", "completed"};
   switch (phase) {
-    case slew_v1_COMPLETED: ++completed_; break;
+    case slew_v1_COMPLETED:
+      ++completed_;
+      break;
     case slew_v1_FAILED:
       ++failed_;
       saying = {flight->failure().code, flight->failure().sentence};
@@ -198,7 +199,8 @@ void Server::drain() {
   intake_->drain();
   const auto deadline = Monotonic::now() + from_seconds(options_.drain_s);
   const auto is_over = [this] { return as_fast_->under_way() == 0 && paced_->flying() == 0; };
-  while (!is_over() && Monotonic::now() < deadline) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  while (!is_over() && Monotonic::now() < deadline)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
   for (const FlightPointer& flight : registry_.alive())
     if (flight->is_paced()) {
       Wishes wishes;

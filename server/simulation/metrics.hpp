@@ -41,30 +41,31 @@ struct LimitCycle {
 };
 
 struct Metrics {
-  double end_time_s = 0;                    ///< simulated time at which the run ended
-  std::optional<double> maneuver_time_s;    ///< end box reached and held until the end
-  std::optional<double> end_box_entry_s;    ///< first entry of the end box
-  std::optional<double> settling_time_s;    ///< last time outside the settling tolerance
-  std::optional<double> overshoot_rad;      ///< largest excursion beyond theta_f at the first extremum past it; 0 when none
-  std::vector<Extremum> extrema;            ///< the first 32 extrema of theta after the start
-  std::optional<double> switch_on_s;        ///< first firing against the slew
-  std::optional<double> coast_s;            ///< length of the coast before it
-  std::optional<double> crossing_s;         ///< first time theta reaches theta_f
-  std::optional<double> first_rest_s;       ///< first time the rate along the slew is <= 0 after braking starts
-  std::optional<double> rest_error_rad;     ///< theta - theta_f there
-  std::optional<double> braking_duty;       ///< on-time against the slew while braking / duration of braking
-  double final_error_rad = 0;               ///< theta - theta_f at the end
-  double residual_rate_rad_s = 0;           ///< rate at the end
-  double peak_rate_rad_s = 0;               ///< largest |rate|
+  double end_time_s = 0;                  ///< simulated time at which the run ended
+  std::optional<double> maneuver_time_s;  ///< end box reached and held until the end
+  std::optional<double> end_box_entry_s;  ///< first entry of the end box
+  std::optional<double> settling_time_s;  ///< last time outside the settling tolerance
+  std::optional<double>
+      overshoot_rad;  ///< largest excursion beyond theta_f at the first extremum past it; 0 when none
+  std::vector<Extremum> extrema;         ///< the first 32 extrema of theta after the start
+  std::optional<double> switch_on_s;     ///< first firing against the slew
+  std::optional<double> coast_s;         ///< length of the coast before it
+  std::optional<double> crossing_s;      ///< first time theta reaches theta_f
+  std::optional<double> first_rest_s;    ///< first time the rate along the slew is <= 0 after braking starts
+  std::optional<double> rest_error_rad;  ///< theta - theta_f there
+  std::optional<double> braking_duty;    ///< on-time against the slew while braking / duration of braking
+  double final_error_rad = 0;            ///< theta - theta_f at the end
+  double residual_rate_rad_s = 0;        ///< rate at the end
+  double peak_rate_rad_s = 0;            ///< largest |rate|
   ThrusterTally<double> thruster_on_time_s;
-  ThrusterTally<std::uint64_t> firings;     ///< a firing: a maximal interval of one constant non-zero command
-  double angular_impulse_N_m_s = 0;         ///< integral of |torque|
-  double control_effort_N2_m2_s = 0;        ///< integral of torque squared
+  ThrusterTally<std::uint64_t> firings;  ///< a firing: a maximal interval of one constant non-zero command
+  double angular_impulse_N_m_s = 0;      ///< integral of |torque|
+  double control_effort_N2_m2_s = 0;     ///< integral of torque squared
   std::optional<double> control_effort_N2_s;  ///< integral of force squared, where the lever arm is known
-  std::optional<double> propellant_kg;      ///< where lever arm and specific impulse are known
-  std::optional<double> gas_volume_m3;      ///< where also the gas density is known
-  std::optional<LimitCycle> limit_cycle;    ///< when the last two periods agree within 1 %
-  std::vector<double> final_state;          ///< in the order of the state channels
+  std::optional<double> propellant_kg;        ///< where lever arm and specific impulse are known
+  std::optional<double> gas_volume_m3;        ///< where also the gas density is known
+  std::optional<LimitCycle> limit_cycle;      ///< when the last two periods agree within 1 %
+  std::vector<double> final_state;            ///< in the order of the state channels
 };
 
 }  // namespace slew

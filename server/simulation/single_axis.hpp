@@ -35,7 +35,7 @@ struct SingleAxisSpecification {
   SwitchingFunctionParameters law;
   std::optional<double> sample_period_s;  ///< the law's; empty: evaluated continuously
   OnOffPairParameters actuator;
-  double disturbance_torque_N_m = 0;      ///< constant, from t = 0, along +theta
+  double disturbance_torque_N_m = 0;  ///< constant, from t = 0, along +theta
   StopCondition stop = StopCondition::duration;
   SettlingCriterion settling;
   double duration_s = 0;
@@ -43,6 +43,9 @@ struct SingleAxisSpecification {
   std::vector<double> output_times_s;     ///< ascending
   double verification_tolerance = 1e-10;  ///< relative, of the SUNDIALS path
 };
+
+/// The sign of the slew; +1 where there is none.
+int slew_direction(const SingleAxisManeuver& maneuver);
 
 /// Ready to run, by closed-form arcs. Expects a specification that has passed validation.
 std::unique_ptr<Run> make_single_axis_run(const SingleAxisSpecification& specification);

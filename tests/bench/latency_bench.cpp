@@ -1,5 +1,6 @@
-// How long a client waits: from writing a request to reading `accepted`, and to the first sample of telemetry,
-// beside the round trip of ddsperf in the same run. Times vary between machines; the ratios less so.
+// How long a client waits: from writing a request to reading `accepted`, and to the first sample of
+// telemetry, beside the round trip of ddsperf in the same run. Times vary between machines; the ratios less
+// so.
 //
 // usage: latency_bench SLEWD [COUNT]
 #include <algorithm>
@@ -33,7 +34,8 @@ constexpr const char* kRequest =
 
 double quantile(std::vector<double> values, double fraction) {
   std::sort(values.begin(), values.end());
-  return values.empty() ? 0 : values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1))];
+  return values.empty() ? 0
+                        : values[static_cast<std::size_t>(fraction * static_cast<double>(values.size() - 1))];
 }
 
 void print(const char* what, const std::vector<double>& us) {
@@ -55,7 +57,8 @@ void print_ddsperf(std::uint32_t domain) {
   const std::string all = text.str();
   static const std::regex line(R"(50% ([0-9.]+)us.*99% ([0-9.]+)us max ([0-9.]+)us)");
   std::smatch found, last;
-  for (auto from = all.cbegin(); std::regex_search(from, all.cend(), found, line); from = found.suffix().first)
+  for (auto from = all.cbegin(); std::regex_search(from, all.cend(), found, line);
+       from = found.suffix().first)
     last = found;
   if (last.empty()) {
     std::printf("ddsperf said nothing that could be read:\n%s\n", all.c_str());

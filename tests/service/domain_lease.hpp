@@ -24,7 +24,8 @@ class DomainLease {
       // Start at a different place in every process: fewer collisions.
       for (int i = 0; i < 99; ++i) {
         const int domain = 1 + (static_cast<int>(getpid()) + i) % 99;
-        const int fd = open((directory + "/" + std::to_string(domain)).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+        const int fd =
+            open((directory + "/" + std::to_string(domain)).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
         if (fd < 0) continue;
         if (flock(fd, LOCK_EX | LOCK_NB) == 0) {
           fd_ = fd;

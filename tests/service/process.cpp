@@ -75,7 +75,9 @@ bool Process::collect(bool block) {
   return true;
 }
 
-bool Process::is_running() { return !collect(false); }
+bool Process::is_running() {
+  return !collect(false);
+}
 
 int Process::wait(std::chrono::milliseconds timeout) {
   const auto deadline = std::chrono::steady_clock::now() + timeout;

@@ -1,0 +1,68 @@
+// What is measured on a single-axis trajectory, exactly, arc by arc: independent of telemetry and of slices.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "server/propagation/quadratic_arc.hpp"
+#include "server/simulation/metrics.hpp"
+#include "server/simulation/single_axis.hpp"
+
+namespace slew {
+
+/// Fed with the arcs and mode changes of a run in the order of time. Never allocates after construction.
+class AxisMetrics {
+ public:
+  /// `direction` is the sign of the slew.
+  AxisMetrics(const SingleAxisSpecification& specification, int direction);
+
+  /// The firing changes at t; before the arc that starts there.
+  void firing(double t_s, int from, int to);
+  void end_box(double t_s, bool inside);
+  /// One arc of length h that starts at t under the firing u.
+  void arc(double t_s, const QuadraticArc<double>& arc, int u, double h);
+  /// The first time that the rate along the slew is no longer positive after braking has begun, where the
+  /// loop has located it itself; found in arc() otherwise.
+  void first_rest(double t_s, double angle_rad);
+
+  bool braking_has_begun() const { return switch_on_s_.has_value(); }
+
+  /// The metrics at the end, or so far.
+  Metrics finish(double t_s, double angle_rad, double rate_rad_s) const;
+
+ private:
+  enum class Part { accelerating, coasting, braking, after };
+  struct Turn {
+    double t_s;
+    double error_rad;
+    double peak_rate_rad_s;  ///< largest |rate| since the turn before
+  };
+
+  void on_time(double t_s, double h, int u);
+  void turn(double t_s, double error_rad);
+  void settle(double t_s, const QuadraticArc<double>& arc, double h);
+  template <typename T>
+  BySign<T>* tally_of(ThrusterTally<T>& tally);
+  std::optional<LimitCycle> limit_cycle() const;
+
+  const OnOffPairParameters actuator_;
+  const double final_angle_rad_;
+  const int direction_;
+  const double settling_rad_;
+
+  Metrics metrics_;
+  Part part_ = Part::accelerating;
+  std::optional<double> accelerated_until_s_;
+  std::optional<double> switch_on_s_;
+  std::optional<double> braked_until_s_;
+  std::optional<double> box_entry_s_;
+  bool in_box_ = false;
+  double last_outside_s_ = -1;
+  int motion_ = 0;  ///< sign of the rate before the present arc
+  double peak_since_turn_ = 0;
+  std::array<Turn, 4> turns_{};  ///< the latest, newest last
+  std::size_t turn_count_ = 0;
+  std::optional<double> first_overshoot_rad_;
+};
+
+}  // namespace slew
