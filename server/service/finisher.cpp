@@ -103,13 +103,14 @@ JournalEntry Finisher::write_up(const FlightPointer& flight) {
       warnings.push_back(std::string("the series could not be archived: ") + error.what());
     }
   }
-  const RunReport report = flight->has_run() ? flight->run().report() : RunReport{};
-  const ResultHeading heading{.experiment_id = entry.experiment_id.hex(),
-                              .request_id = entry.request_id.hex(),
-                              .phase = std::string(wire::phase_name(entry.phase)),
-                              .failure = flight->failure(),
-                              .warnings = std::move(warnings)};
-  nlohmann::json result = result_document(heading, flight->prepared(), report, flight->verification());
+  const ResultHeading heading{
+      .experiment_id = entry.experiment_id.hex(),
+      .request_id = entry.request_id.hex(),
+      .phase = std::string(wire::phase_name(entry.phase)),
+      .failure = entry.phase == slew_v1_FAILED ? std::optional(flight->failure()) : std::nullopt,
+      .warnings = std::move(warnings)};
+  nlohmann::json result = result_document(heading, flight->prepared(), flight->has_run() ? &flight->run() : nullptr,
+                                          flight->verification());
   result["provenance"]["lateness"] = lateness_document(*flight);
   entry.result = result.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   return entry;

@@ -132,4 +132,7 @@ struct Verification {
   PropagatorStatistics statistics;
 };
 
+/// Both reports of runs that have ended.
+Verification compare(const RunReport& run, const RunReport& verification);
+
 }  // namespace slew

@@ -47,6 +47,9 @@ struct SingleAxisSpecification {
 /// The sign of the slew; +1 where there is none.
 int slew_direction(const SingleAxisManeuver& maneuver);
 
+/// gamma_bar gamma = gamma_bar (I*/N*)/(I/N): at least 1 where the law tracks its switching curve.
+double error_factor(const SingleAxisSpecification& specification);
+
 /// Ready to run, by closed-form arcs. Expects a specification that has passed validation.
 std::unique_ptr<Run> make_single_axis_run(const SingleAxisSpecification& specification);
 

@@ -17,6 +17,11 @@ int slew_direction(const SingleAxisManeuver& maneuver) {
   return maneuver.final_angle_rad < maneuver.initial_angle_rad ? -1 : 1;
 }
 
+double error_factor(const SingleAxisSpecification& specification) {
+  return specification.law.gamma_bar * (specification.law.inertia_kg_m2 / specification.law.torque_N_m) /
+         (specification.plant.inertia_kg_m2 / specification.actuator.torque_N_m);
+}
+
 namespace {
 
 // More changes of mode than this at one instant is an error.

@@ -1,0 +1,183 @@
+#include "server/experiment/experiment.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+#include "server/experiment/physics.hpp"
+#include "server/experiment/preset.hpp"
+#include "server/experiment/schema.hpp"
+
+namespace slew {
+namespace {
+
+using nlohmann::json;
+
+constexpr double kRadPerDeg = std::numbers::pi / 180;
+
+double radians(const json& value_deg) { return value_deg.get<double>() * kRadPerDeg; }
+
+std::optional<double> optional_number(const json& block, const char* name) {
+  const auto place = block.find(name);
+  return place == block.end() ? std::nullopt : std::optional(place->get<double>());
+}
+
+Rejection invalid(std::vector<Violation> violations) {
+  const std::size_t count = violations.size();
+  std::string sentence = count == 1 ? "the request was refused: " + violations.front().problem
+                                    : "the request was refused for " + std::to_string(count) + " reasons";
+  if (count == 1 && !violations.front().pointer.empty()) sentence += " (" + violations.front().pointer + ")";
+  return {"invalid", std::move(sentence), std::move(violations)};
+}
+
+// The preset with the request merged over it (RFC 7396), and defaults where neither says anything.
+std::variant<json, Rejection> resolve(const json& request) {
+  json resolved = json::object();
+  if (const auto name = request.find("preset"); name != request.end()) {
+    const json* preset = name->is_string() ? preset_document(name->get_ref<const std::string&>()) : nullptr;
+    if (!preset) {
+      std::vector<std::string> names;
+      for (const Preset& known : presets()) names.push_back(known.name);
+      const std::string like = name->is_string() ? nearest(name->get_ref<const std::string&>(), names) : "";
+      return invalid({{"/preset", "there is no such preset" + (like.empty() ? "" : "; did you mean \"" + like + "\"?"),
+                       shortened(*name), "one of those that `slewctl presets` lists"}});
+    }
+    resolved = preset->at("request");
+  }
+  resolved.merge_patch(request);
+  fill_defaults("request", resolved);
+  return resolved;
+}
+
+// A field that the preset brought along may not fit a block whose type the request changed.
+void name_the_preset(std::vector<Violation>& violations, const json& request) {
+  if (!request.contains("preset")) return;
+  for (Violation& violation : violations)
+    if (violation.problem.starts_with("there is no field") &&
+        !request.contains(json::json_pointer(violation.pointer)))
+      violation.problem += " (it comes from the preset; null removes it)";
+}
+
+SingleAxisSpecification specify(const json& request) {
+  const json& maneuver = request.at("maneuver");
+  const json& controller = request.at("controller");
+  const json& actuator = request.at("actuator");
+  const json& simulation = request.at("simulation");
+
+  SingleAxisSpecification spec;
+  spec.plant.inertia_kg_m2 = request.at("plant").at("inertia_kg_m2");
+  spec.maneuver = {.initial_angle_rad = radians(maneuver.at("initial_angle_deg")),
+                   .initial_rate_rad_s = radians(maneuver.at("initial_rate_deg_s")),
+                   .final_angle_rad = radians(maneuver.at("final_angle_deg"))};
+  spec.actuator = {.torque_N_m = actuator.at("torque_N_m"),
+                   .minimum_on_time_s = actuator.at("minimum_on_time_s"),
+                   .lever_arm_m = optional_number(actuator, "lever_arm_m"),
+                   .specific_impulse_s = optional_number(actuator, "specific_impulse_s"),
+                   .gas_density_kg_m3 = optional_number(actuator, "gas_density_kg_m3")};
+
+  // I*/N* = gamma I/N (Agrawal & Bang 1995, Eq. 7).
+  spec.law.inertia_kg_m2 = controller.at("gamma").get<double>() *
+                           controller.value("inertia_kg_m2", spec.plant.inertia_kg_m2);
+  spec.law.torque_N_m = controller.value("torque_N_m", spec.actuator.torque_N_m);
+  spec.law.gamma_bar = controller.at("gamma_bar");
+  const json& deadband = controller.at("deadband");
+  if (deadband.at("type") == "double_sided") spec.law.deadband = Deadband::double_sided;
+  if (deadband.at("type") == "single_sided") spec.law.deadband = Deadband::single_sided;
+  if (deadband.contains("width_deg")) spec.law.deadband_rad = radians(deadband.at("width_deg"));
+  if (const auto box = controller.find("end_box"); box != controller.end())
+    spec.law.end_box = EndBox{radians(box->at("angle_deg")), radians(box->at("rate_deg_s"))};
+  const json& evaluation = controller.at("evaluation");
+  if (evaluation.at("type") == "sampled") spec.sample_period_s = evaluation.at("period_s").get<double>();
+
+  for (const json& disturbance : request.at("disturbances"))
+    spec.disturbance_torque_N_m += disturbance.at("torque_N_m").get<double>();
+
+  const std::string& stop = request.at("stop").at("when").get_ref<const std::string&>();
+  if (stop == "end_box") spec.stop = StopCondition::end_box;
+  if (stop == "first_rest") spec.stop = StopCondition::first_rest;
+  const json& tolerance = request.at("metrics").at("settling").at("tolerance");
+  spec.settling = tolerance.at("type") == "absolute"
+                      ? SettlingCriterion{SettlingTolerance::absolute, radians(tolerance.at("value_deg"))}
+                      : SettlingCriterion{SettlingTolerance::fraction_of_initial, tolerance.at("value")};
+  spec.duration_s = simulation.at("duration_s");
+  spec.verification_tolerance = simulation.at("verification_relative_tolerance");
+  spec.telemetry_period_s = request.at("telemetry").at("sample_period_s");
+  spec.output_times_s = request.at("outputs").at("at_s").get<std::vector<double>>();
+  std::sort(spec.output_times_s.begin(), spec.output_times_s.end());
+  return spec;
+}
+
+TimingSpecification specify_timing(const json& timing) {
+  TimingSpecification spec;
+  const auto& mode = timing.at("mode").get_ref<const std::string&>();
+  if (mode == "real_time") spec.mode = TimingMode::real_time;
+  if (mode == "scaled") {
+    spec.mode = TimingMode::scaled;
+    spec.rate = timing.at("rate");
+  }
+  if (timing.at("start") == "held") spec.start = TimingStart::held;
+  spec.run_again_after_restart = timing.at("after_restart") == "run_again";
+  return spec;
+}
+
+// What is legal and yet worth a word.
+std::vector<std::string> warnings_about(const SingleAxisSpecification& spec) {
+  std::vector<std::string> warnings;
+  const double slew_rad = std::abs(spec.maneuver.final_angle_rad - spec.maneuver.initial_angle_rad);
+  if (spec.law.deadband != Deadband::none && spec.law.deadband_rad >= slew_rad &&
+      spec.maneuver.initial_rate_rad_s == 0)
+    warnings.push_back("the dead band is not smaller than the slew: nothing fires");
+  const double g = error_factor(spec);
+  if (spec.law.deadband == Deadband::single_sided && g < 1)
+    warnings.push_back("gamma_bar times gamma is " + json(g).dump() +
+                       ", below 1: with a single-sided dead band the slew overshoots and ends slowly "
+                       "(Agrawal & Bang 1995 ask for gamma_bar >= 1/gamma_min)");
+  return warnings;
+}
+
+}  // namespace
+
+std::string timing_mode_name(TimingMode mode) {
+  switch (mode) {
+    case TimingMode::as_fast_as_possible: return "as_fast_as_possible";
+    case TimingMode::real_time: return "real_time";
+    case TimingMode::scaled: return "scaled";
+  }
+  return "";
+}
+
+std::variant<Prepared, Rejection> prepare(std::string_view request_text) {
+  auto parsed = parse_document(request_text);
+  if (auto* violations = std::get_if<std::vector<Violation>>(&parsed)) return invalid(std::move(*violations));
+  const json& request = std::get<json>(parsed);
+  auto outcome = resolve(request);
+  if (auto* rejection = std::get_if<Rejection>(&outcome)) return std::move(*rejection);
+  json& resolved = std::get<json>(outcome);
+
+  auto violations = schema_violations("request", resolved);
+  if (violations.empty()) violations = physics_violations(resolved);
+  if (!violations.empty()) {
+    name_the_preset(violations, request);
+    return invalid(std::move(violations));
+  }
+  Prepared prepared;
+  prepared.system = specify(resolved);
+  prepared.preset = resolved.value("preset", "");
+  prepared.label = resolved.at("label");
+  prepared.warnings = warnings_about(prepared.system);
+  prepared.duration_s = prepared.system.duration_s;
+  prepared.seed = resolved.at("simulation").at("seed");
+  prepared.verify = resolved.at("simulation").at("verify");
+  prepared.timing = specify_timing(resolved.at("timing"));
+  prepared.telemetry = {resolved.at("telemetry").at("sample_period_s"),
+                        resolved.at("telemetry").at("publish_max_hz")};
+  prepared.resolved = std::move(resolved);
+  return prepared;
+}
+
+std::unique_ptr<Run> make_run(const Prepared& prepared) { return make_single_axis_run(prepared.system); }
+
+std::unique_ptr<Run> make_verification(const Prepared& prepared) {
+  return make_single_axis_verification(prepared.system);
+}
+
+}  // namespace slew

@@ -1,0 +1,83 @@
+// From a request's text to an experiment that is ready to run, and from its report to the result document.
+#pragma once
+
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "server/experiment/document.hpp"
+#include "server/simulation/run.hpp"
+#include "server/simulation/single_axis.hpp"
+
+namespace slew {
+
+enum class TimingMode { as_fast_as_possible, real_time, scaled };
+std::string timing_mode_name(TimingMode mode);
+
+enum class TimingStart { now, held };
+
+struct TimingSpecification {
+  TimingMode mode = TimingMode::as_fast_as_possible;
+  double rate = 1;  ///< simulated per wall second
+  TimingStart start = TimingStart::now;
+  bool run_again_after_restart = false;
+};
+
+struct TelemetrySpecification {
+  double sample_period_s = 0;  ///< simulated
+  double publish_max_hz = 0;   ///< wall
+};
+
+/// A request that may be flown. Immutable; any number of runs can be made from it.
+struct Prepared {
+  nlohmann::json resolved;  ///< the complete request: preset, overrides and defaults in one
+  std::string preset;
+  std::string label;
+  std::vector<std::string> warnings;
+  double duration_s = 0;
+  std::uint64_t seed = 0;
+  TimingSpecification timing;
+  TelemetrySpecification telemetry;
+  bool verify = false;
+  SingleAxisSpecification system;
+};
+
+/// A request that may not: a code for programs, a sentence for people, and every reason.
+struct Rejection {
+  std::string code;
+  std::string sentence;
+  std::vector<Violation> violations;
+};
+
+/// Parses, resolves the preset, fills in defaults, validates against schema and physics.
+std::variant<Prepared, Rejection> prepare(std::string_view request_text);
+
+std::unique_ptr<Run> make_run(const Prepared& prepared);
+/// The same request by SUNDIALS.
+std::unique_ptr<Run> make_verification(const Prepared& prepared);
+
+/// What the requested system is, without flying it: parameters, regime, closed-form predictions.
+nlohmann::json describe(const Prepared& prepared);
+
+/// What the service knows of a result besides the run's own report.
+struct ResultHeading {
+  std::string experiment_id;
+  std::string request_id;
+  std::string phase;
+  std::optional<RunFailure> failure;
+  std::vector<std::string> warnings;
+};
+
+/// schemas/result.schema.json. `run` is null when the run never began.
+nlohmann::json result_document(const ResultHeading& heading, const Prepared& prepared, const Run* run,
+                               const std::optional<Verification>& verification);
+
+/// What the bits of a run depend on besides request, seed and version: architecture, C library, the processor
+/// features by which it chooses its mathematical functions.
+std::string platform();
+
+}  // namespace slew

@@ -1,0 +1,26 @@
+#include "server/experiment/limits.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "server/experiment/schema.hpp"
+
+namespace slew {
+
+const Limits& limits() {
+  static const Limits values = [] {
+    const nlohmann::json& schema = schema_document("limits");
+    const auto number = [&](const char* name) { return schema.at("properties").at(name).at("const").get<double>(); };
+    const auto count = [&](const char* name) { return static_cast<std::size_t>(number(name)); };
+    return Limits{.max_request_bytes = count("max_request_bytes"),
+                  .max_nesting_depth = count("max_nesting_depth"),
+                  .max_steps = number("max_steps"),
+                  .max_archived_rows = number("max_archived_rows"),
+                  .max_queued_experiments = count("max_queued_experiments"),
+                  .retained_experiments = count("retained_experiments"),
+                  .retention_s = number("retention_s"),
+                  .max_rate = schema.at("definitions").at("rate").at("maximum").get<double>()};
+  }();
+  return values;
+}
+
+}  // namespace slew

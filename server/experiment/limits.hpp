@@ -1,0 +1,21 @@
+// The bounds of the service, as code sees them. The numbers stand in schemas/limits.schema.json.
+#pragma once
+
+#include <cstddef>
+
+namespace slew {
+
+struct Limits {
+  std::size_t max_request_bytes;
+  std::size_t max_nesting_depth;
+  double max_steps;
+  double max_archived_rows;
+  std::size_t max_queued_experiments;
+  std::size_t retained_experiments;
+  double retention_s;
+  double max_rate;
+};
+
+const Limits& limits();
+
+}  // namespace slew

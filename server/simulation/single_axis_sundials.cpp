@@ -1,0 +1,335 @@
+// The second opinion on a single-axis slew: ARKODE's explicit Runge-Kutta with its own root finding. Shares the
+// plant's right-hand side with the first one and nothing else: the law, the guards and the metrics are written
+// again here, from the paper.
+#include <cstdio>  // the next header wants FILE
+
+#include <arkode/arkode_butcher_erk.h>
+#include <arkode/arkode_erkstep.h>
+#include <nvector/nvector_serial.h>
+#include <sundials/sundials_context.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "server/simulation/digest.hpp"
+#include "server/simulation/single_axis.hpp"
+#include "server/simulation/single_axis_channels.hpp"
+
+namespace slew {
+namespace {
+
+// The order of the root functions.
+enum Root { kBandLower, kBandUpper, kBoxLeft, kBoxRight, kBoxSlow, kBoxFast, kRest, kRootCount };
+
+void check(int flag, const char* what) {
+  if (flag < 0) throw std::runtime_error(std::string("SUNDIALS: ") + what + " gave " + std::to_string(flag));
+}
+
+// Its own context, as the library asks of every thread; made per run, so that nothing is shared.
+struct Solver {
+  SUNContext context = nullptr;
+  N_Vector state = nullptr;
+  void* memory = nullptr;
+  Solver() { check(SUNContext_Create(nullptr, &context), "SUNContext_Create"); }
+  Solver(const Solver&) = delete;
+  Solver& operator=(const Solver&) = delete;
+  ~Solver() {
+    if (memory) ERKStepFree(&memory);
+    if (state) N_VDestroy(state);
+    SUNContext_Free(&context);
+  }
+};
+
+class SundialsAxisRun final : public Run {
+ public:
+  explicit SundialsAxisRun(const SingleAxisSpecification& specification);
+
+  const ChannelTable& channels() const override { return single_axis_channels(); }
+  const std::vector<std::string>& event_channels() const override { return single_axis_event_channels(); }
+  RunStatus advance(double until_s, std::int64_t max_steps, SampleSink& sink) override;
+  double t_s() const override { return t_s_; }
+  double duration_s() const override { return spec_.duration_s; }
+  RunReport report() const override;
+  std::unique_ptr<Run> clone() const override {
+    throw std::logic_error("a verification is flown once, from its beginning");
+  }
+
+ private:
+  static int right_hand_side(sunrealtype t, N_Vector state, N_Vector slope, void* self);
+  static int root_functions(sunrealtype t, N_Vector state, sunrealtype* values, void* self);
+
+  double angle() const { return NV_Ith_S(solver_.state, 0); }
+  double rate() const { return NV_Ith_S(solver_.state, 1); }
+  double s_of(double angle_rad, double rate_rad_s) const;
+  int wanted(double s_rad) const;
+  void decide();
+  void fire(int u);
+  void see_box(bool inside);
+  void note(std::uint32_t channel, int mode);
+  void fly_to(double stop_s);
+  void meet(const std::array<int, kRootCount>& found);
+  void finish(const char* reason);
+
+  const SingleAxisSpecification spec_;
+  const int direction_;
+  double lower_rad_ = 0, upper_rad_ = 0;
+  Solver solver_;
+
+  double t_s_ = 0;
+  int u_ = 0;
+  bool in_box_ = false;
+  bool is_fresh_ = true;  ///< the torque changed, or nothing has been flown yet
+  double hold_until_s_ = 0;
+  int side_ = 0;  ///< of the band: -1 below, 0 inside, +1 above; followed by root directions
+  std::int64_t sample_ = 0;
+  bool has_braked_ = false;
+  bool is_over_ = false;
+
+  RunReport report_;
+  Digester digester_;
+  Metrics metrics_;
+};
+
+SundialsAxisRun::SundialsAxisRun(const SingleAxisSpecification& specification)
+    : spec_(specification), direction_(slew_direction(specification.maneuver)) {
+  const double epsilon = spec_.law.deadband_rad;
+  if (spec_.law.deadband == Deadband::double_sided || (spec_.law.deadband == Deadband::single_sided && direction_ > 0))
+    lower_rad_ = -epsilon;
+  if (spec_.law.deadband == Deadband::double_sided || (spec_.law.deadband == Deadband::single_sided && direction_ < 0))
+    upper_rad_ = epsilon;
+
+  solver_.state = N_VNew_Serial(2, solver_.context);
+  if (!solver_.state) throw std::bad_alloc();
+  NV_Ith_S(solver_.state, 0) = spec_.maneuver.initial_angle_rad;
+  NV_Ith_S(solver_.state, 1) = spec_.maneuver.initial_rate_rad_s;
+  solver_.memory = ERKStepCreate(&right_hand_side, 0.0, solver_.state, solver_.context);
+  if (!solver_.memory) throw std::bad_alloc();
+  check(ERKStepSetUserData(solver_.memory, this), "ERKStepSetUserData");
+  // A low order keeps full precision at roots, where the dense output is a Hermite interpolant.
+  check(ERKStepSetTableNum(solver_.memory, ARKODE_DORMAND_PRINCE_7_4_5), "ERKStepSetTableNum");
+  const double tolerance = spec_.verification_tolerance;
+  check(ERKStepSStolerances(solver_.memory, tolerance, tolerance * 1e-3), "ERKStepSStolerances");
+  check(ERKStepRootInit(solver_.memory, kRootCount, &root_functions), "ERKStepRootInit");
+  check(ERKStepSetNoInactiveRootWarn(solver_.memory), "ERKStepSetNoInactiveRootWarn");
+  check(ERKStepSetMaxNumSteps(solver_.memory, 1000000), "ERKStepSetMaxNumSteps");
+  // Two crossings within one step would show no change of sign.
+  const double acceleration = spec_.actuator.torque_N_m / spec_.plant.inertia_kg_m2;
+  const double slew = std::abs(spec_.maneuver.final_angle_rad - spec_.maneuver.initial_angle_rad);
+  const double scale_s = std::sqrt(std::max(slew, 1e-9) / acceleration);
+  check(ERKStepSetMaxStep(solver_.memory, scale_s / 50), "ERKStepSetMaxStep");
+  report_.propagator.name = "sundials_erkstep_dormand_prince";
+  metrics_.thruster_on_time_s.per_thruster.assign(2, 0);
+  metrics_.firings.per_thruster.assign(2, 0);
+}
+
+int SundialsAxisRun::right_hand_side(sunrealtype, N_Vector state, N_Vector slope, void* self) {
+  const auto& run = *static_cast<const SundialsAxisRun*>(self);
+  const double torque = run.spec_.actuator.torque_N_m * run.u_ + run.spec_.disturbance_torque_N_m;
+  const auto moved =
+      derivative<double>(run.spec_.plant, {NV_Ith_S(state, 0), NV_Ith_S(state, 1)}, torque);
+  NV_Ith_S(slope, 0) = moved.angle_rad;
+  NV_Ith_S(slope, 1) = moved.rate_rad_s;
+  return 0;
+}
+
+double SundialsAxisRun::s_of(double angle_rad, double rate_rad_s) const {
+  const auto& law = spec_.law;
+  return angle_rad - spec_.maneuver.final_angle_rad +
+         law.gamma_bar * law.inertia_kg_m2 / (2 * law.torque_N_m) * rate_rad_s * std::abs(rate_rad_s);
+}
+
+int SundialsAxisRun::root_functions(sunrealtype, N_Vector state, sunrealtype* values, void* self) {
+  const auto& run = *static_cast<const SundialsAxisRun*>(self);
+  const double angle_rad = NV_Ith_S(state, 0), rate_rad_s = NV_Ith_S(state, 1);
+  const double s = run.s_of(angle_rad, rate_rad_s);
+  const double error = angle_rad - run.spec_.maneuver.final_angle_rad;
+  const EndBox box = run.spec_.law.end_box.value_or(EndBox{1, 1});
+  values[kBandLower] = s - run.lower_rad_;
+  values[kBandUpper] = s - run.upper_rad_;
+  values[kBoxLeft] = error + box.angle_rad;
+  values[kBoxRight] = error - box.angle_rad;
+  values[kBoxSlow] = rate_rad_s + box.rate_rad_s;
+  values[kBoxFast] = rate_rad_s - box.rate_rad_s;
+  values[kRest] = rate_rad_s;
+  return 0;
+}
+
+int SundialsAxisRun::wanted(double s_rad) const { return s_rad > upper_rad_ ? -1 : s_rad < lower_rad_ ? 1 : 0; }
+
+void SundialsAxisRun::note(std::uint32_t channel, int mode) {
+  if (report_.events.size() < kReportedEvents) report_.events.push_back({t_s_, channel, mode});
+  ++report_.events_total;
+  ++report_.propagator.events;
+  digester_.event({t_s_, channel, mode});
+}
+
+void SundialsAxisRun::fire(int u) {
+  if (u == u_) return;
+  u_ = u;
+  is_fresh_ = true;
+  if (u == -direction_) has_braked_ = true;
+  if (u != 0) {
+    hold_until_s_ = t_s_ + spec_.actuator.minimum_on_time_s;
+    ++metrics_.firings.total;
+    ++metrics_.firings.per_thruster[u > 0 ? 0 : 1];
+  }
+  note(kThrusterEvent, u);
+}
+
+void SundialsAxisRun::see_box(bool inside) {
+  if (inside == in_box_) return;
+  in_box_ = inside;
+  note(kEndBoxEvent, inside ? 1 : 0);
+}
+
+// At the present instant: what the law, the box and the hold make of the thrusters.
+void SundialsAxisRun::decide() {
+  const double s = s_of(angle(), rate());
+  const bool is_held = u_ != 0 && t_s_ < hold_until_s_ - 1e-9 * spec_.sample_period_s.value_or(0);
+  if (spec_.sample_period_s) {
+    const auto& box = spec_.law.end_box;
+    see_box(box && std::abs(angle() - spec_.maneuver.final_angle_rad) <= box->angle_rad &&
+            std::abs(rate()) <= box->rate_rad_s);
+    ++sample_;
+    if (in_box_)
+      fire(0);
+    else if (!is_held)
+      fire(wanted(s));
+    return;
+  }
+  if (in_box_) return fire(0);
+  if (is_held) return;
+  int wish = -side_;
+  if (wish == 0 && u_ != 0) {
+    // At the end of the band, coming off a firing: would coasting lead straight back out?
+    const bool at_edge = std::abs(s - (u_ < 0 ? upper_rad_ : lower_rad_)) < 1e-9;
+    const double drift = spec_.disturbance_torque_N_m / spec_.plant.inertia_kg_m2;
+    const double k = spec_.law.gamma_bar * spec_.law.inertia_kg_m2 / (2 * spec_.law.torque_N_m);
+    const double s_rate = rate() + 2 * k * std::abs(rate()) * drift;
+    if (at_edge && s_rate * -u_ > 0) {
+      wish = u_;
+      hold_until_s_ = t_s_ + spec_.actuator.minimum_on_time_s;
+    }
+  }
+  fire(wish);
+}
+
+void SundialsAxisRun::meet(const std::array<int, kRootCount>& found) {
+  // Which side of the band: by the direction in which its ends were passed.
+  if (found[kBandUpper] != 0) side_ = found[kBandUpper] > 0 ? 1 : (lower_rad_ == upper_rad_ ? -1 : 0);
+  if (found[kBandLower] != 0) side_ = found[kBandLower] < 0 ? -1 : (lower_rad_ == upper_rad_ ? 1 : 0);
+  if (spec_.law.end_box && !spec_.sample_period_s &&
+      (found[kBoxLeft] || found[kBoxRight] || found[kBoxSlow] || found[kBoxFast])) {
+    const EndBox& box = *spec_.law.end_box;
+    const double error = angle() - spec_.maneuver.final_angle_rad;
+    const auto within = [](int direction, bool is_upper, bool by_value) {
+      return direction == 0 ? by_value : (direction > 0) != is_upper;
+    };
+    see_box(within(found[kBoxLeft], false, error >= -box.angle_rad) &&
+            within(found[kBoxRight], true, error <= box.angle_rad) &&
+            within(found[kBoxSlow], false, rate() >= -box.rate_rad_s) &&
+            within(found[kBoxFast], true, rate() <= box.rate_rad_s));
+  }
+  if (found[kRest] != 0 && found[kRest] == -direction_ && has_braked_) {
+    if (!metrics_.first_rest_s) metrics_.first_rest_s = t_s_;
+    if (spec_.stop == StopCondition::first_rest) finish("first_rest");
+  }
+}
+
+// One call of the integrator: to a root or to the stop, whichever comes first.
+void SundialsAxisRun::fly_to(double stop_s) {
+  if (is_fresh_) {
+    // Never go on across a switching: the integrator has already stepped past it with the old torque.
+    check(ERKStepReset(solver_.memory, t_s_, solver_.state), "ERKStepReset");
+    check(ERKStepSetInitStep(solver_.memory, 0), "ERKStepSetInitStep");
+    is_fresh_ = false;
+  }
+  check(ERKStepSetStopTime(solver_.memory, stop_s), "ERKStepSetStopTime");
+  const double from_s = t_s_;
+  const double before = rate();
+  sunrealtype reached = t_s_;
+  const int flag = ERKStepEvolve(solver_.memory, stop_s, solver_.state, &reached, ARK_NORMAL);
+  check(flag, "ERKStepEvolve");
+  t_s_ = reached;
+  ++report_.propagator.steps;
+  const double h = t_s_ - from_s;
+  if (u_ != 0) {
+    metrics_.thruster_on_time_s.total += h;
+    metrics_.thruster_on_time_s.per_thruster[u_ > 0 ? 0 : 1] += h;
+  }
+  metrics_.peak_rate_rad_s = std::max({metrics_.peak_rate_rad_s, std::abs(before), std::abs(rate())});
+  digester_.real(t_s_);
+  digester_.real(angle());
+  digester_.real(rate());
+  if (flag != ARK_ROOT_RETURN) return;
+  std::array<int, kRootCount> found{};
+  check(ERKStepGetRootInfo(solver_.memory, found.data()), "ERKStepGetRootInfo");
+  meet(found);
+}
+
+RunStatus SundialsAxisRun::advance(double, std::int64_t max_steps, SampleSink&) {
+  if (t_s_ == 0 && report_.propagator.steps == 0 && !is_over_) {
+    side_ = -wanted(s_of(angle(), rate()));
+    const auto& box = spec_.law.end_box;
+    if (!spec_.sample_period_s && box)
+      see_box(std::abs(angle() - spec_.maneuver.final_angle_rad) <= box->angle_rad &&
+              std::abs(rate()) <= box->rate_rad_s);
+  }
+  while (!is_over_) {
+    if (max_steps-- <= 0) return RunStatus::running;
+    if (t_s_ >= spec_.duration_s) {
+      finish("duration");
+      break;
+    }
+    const bool is_sample =
+        spec_.sample_period_s && t_s_ >= static_cast<double>(sample_) * *spec_.sample_period_s;
+    if (is_sample || !spec_.sample_period_s) decide();
+    if (spec_.stop == StopCondition::end_box && in_box_) {
+      finish("end_box");
+      break;
+    }
+    if (spec_.stop == StopCondition::first_rest && has_braked_ && direction_ * rate() <= 0) {
+      finish("first_rest");
+      break;
+    }
+    double stop_s = spec_.duration_s;
+    if (spec_.sample_period_s) stop_s = std::min(stop_s, static_cast<double>(sample_) * *spec_.sample_period_s);
+    const bool is_held = !spec_.sample_period_s && u_ != 0 && t_s_ < hold_until_s_;
+    if (is_held) stop_s = std::min(stop_s, hold_until_s_);
+    fly_to(stop_s);
+    // When a hold is over the side is judged afresh.
+    if (is_held && t_s_ >= hold_until_s_) side_ = -wanted(s_of(angle(), rate()));
+  }
+  return RunStatus::finished;
+}
+
+void SundialsAxisRun::finish(const char* reason) {
+  if (spec_.stop == StopCondition::end_box && in_box_) fire(0);
+  report_.stop_reason = reason;
+  is_over_ = true;
+}
+
+RunReport SundialsAxisRun::report() const {
+  RunReport report = report_;
+  long evaluations = 0;
+  ERKStepGetNumRhsEvals(solver_.memory, &evaluations);
+  report.propagator.rhs_evaluations = static_cast<std::uint64_t>(evaluations);
+  report.metrics = metrics_;
+  report.metrics.end_time_s = t_s_;
+  const double error = angle() - spec_.maneuver.final_angle_rad;
+  report.metrics.final_error_rad = error;
+  report.metrics.residual_rate_rad_s = rate();
+  report.metrics.final_state = {angle(), rate(), error, s_of(angle(), rate())};
+  report.digest = digester_.digest();
+  return report;
+}
+
+}  // namespace
+
+std::unique_ptr<Run> make_single_axis_verification(const SingleAxisSpecification& specification) {
+  return std::make_unique<SundialsAxisRun>(specification);
+}
+
+}  // namespace slew

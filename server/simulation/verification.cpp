@@ -1,0 +1,40 @@
+// What two flights of the same request have in common.
+#include <algorithm>
+#include <cmath>
+
+#include "server/simulation/run.hpp"
+
+namespace slew {
+namespace {
+
+bool is_same_sequence(const RunReport& a, const RunReport& b) {
+  return a.events_total == b.events_total &&
+         std::equal(a.events.begin(), a.events.end(), b.events.begin(), b.events.end(),
+                    [](const SwitchEvent& x, const SwitchEvent& y) {
+                      return x.channel == y.channel && x.mode == y.mode;
+                    });
+}
+
+}  // namespace
+
+Verification compare(const RunReport& run, const RunReport& verification) {
+  Verification result;
+  result.propagator = verification.propagator.name;
+  result.statistics = verification.propagator;
+  result.metrics = verification.metrics;
+  result.final_time_difference_s = run.metrics.end_time_s - verification.metrics.end_time_s;
+  for (std::size_t i = 0; i < run.metrics.final_state.size(); ++i)
+    result.final_state_difference.push_back(run.metrics.final_state[i] - verification.metrics.final_state[i]);
+  result.same_event_sequence = is_same_sequence(run, verification);
+  if (!result.same_event_sequence || run.events.empty()) return result;
+  std::vector<double> differences;
+  for (std::size_t i = 0; i < run.events.size(); ++i)
+    differences.push_back(std::abs(run.events[i].t_s - verification.events[i].t_s));
+  std::sort(differences.begin(), differences.end());
+  result.events_compared = differences.size();
+  result.event_time_median_s = differences[differences.size() / 2];
+  result.event_time_max_s = differences.back();
+  return result;
+}
+
+}  // namespace slew
