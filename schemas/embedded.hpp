@@ -6,7 +6,8 @@
 
 namespace slew {
 
-/// `name` is the path below schemas/, e.g. "request.schema.json", "presets/agrawal-bang-1995/rigid-single-sided.json".
+/// `name` is the path below schemas/, e.g. "request.schema.json",
+/// "presets/agrawal-bang-1995/rigid-single-sided.json".
 struct EmbeddedFile {
   std::string_view name;
   std::string_view text;

@@ -66,8 +66,8 @@ struct Session::Wire {
     reply.take([this](const slew_v1_Reply& said, const dds_sample_info_t& info) {
       if (!info.valid_data) return;
       const auto id = wire::Id::from(said.request_id);
-      replies[id].push_back({id, wire::Id::from(said.experiment_id), said.phase, std::string(wire::view(said.code)),
-                             std::string(wire::view(said.json))});
+      replies[id].push_back({id, wire::Id::from(said.experiment_id), said.phase,
+                             std::string(wire::view(said.code)), std::string(wire::view(said.json))});
     });
     answer.take([this](const slew_v1_Answer& said, const dds_sample_info_t& info) {
       const auto pages = answers.find(wire::Id::from(said.request_id));
@@ -121,7 +121,9 @@ struct Session::Wire {
 Session::Session(const SessionOptions& options) : wire_(std::make_unique<Wire>(options)) {}
 Session::~Session() = default;
 
-const wire::Domain& Session::domain() const { return wire_->domain; }
+const wire::Domain& Session::domain() const {
+  return wire_->domain;
+}
 
 bool Session::wait_for_server(Duration timeout) {
   const auto deadline = after(timeout);
@@ -160,8 +162,8 @@ std::optional<Reply> Session::submit(const std::string& json, const wire::Id& re
   return first;
 }
 
-std::optional<Reply> Session::wait_for_end(const wire::Id& request_id, Duration timeout, const Watcher& watcher,
-                                           const std::function<bool()>& keep_going) {
+std::optional<Reply> Session::wait_for_end(const wire::Id& request_id, Duration timeout,
+                                           const Watcher& watcher, const std::function<bool()>& keep_going) {
   wire_->awaited[request_id] = true;
   const auto deadline = after(timeout);
   auto ask = Clock::now() + kSilenceBeforeAsking;
@@ -186,8 +188,11 @@ std::optional<Reply> Session::wait_for_end(const wire::Id& request_id, Duration 
         const std::string name(wire::phase_name(*phase));
         return Reply{request_id, experiment.value_or(wire::Id{}), *phase,
                      *phase == slew_v1_COMPLETED ? "ok" : name,
-                     nlohmann::json{{"code", name}, {"sentence", name}, {"violations", nlohmann::json::array()},
-                                    {"warnings", nlohmann::json::array()}}.dump()};
+                     nlohmann::json{{"code", name},
+                                    {"sentence", name},
+                                    {"violations", nlohmann::json::array()},
+                                    {"warnings", nlohmann::json::array()}}
+                         .dump()};
       }
     }
     ask = Clock::now() + kSilenceBeforeAsking;
@@ -204,11 +209,21 @@ std::optional<Reply> Session::control(Action action, const wire::Id& experiment_
   wire::store(wire_->options.client_id, control.client_id);
   wire::store(wire_->options.sender, control.sender);
   switch (action) {
-    case Action::cancel: control.action = slew_v1_CANCEL; break;
-    case Action::pause: control.action = slew_v1_PAUSE; break;
-    case Action::resume: control.action = slew_v1_RESUME; break;
-    case Action::step: control.action = slew_v1_STEP; break;
-    case Action::rate: control.action = slew_v1_RATE; break;
+    case Action::cancel:
+      control.action = slew_v1_CANCEL;
+      break;
+    case Action::pause:
+      control.action = slew_v1_PAUSE;
+      break;
+    case Action::resume:
+      control.action = slew_v1_RESUME;
+      break;
+    case Action::step:
+      control.action = slew_v1_STEP;
+      break;
+    case Action::rate:
+      control.action = slew_v1_RATE;
+      break;
   }
   control.value = value;
   wire_->awaited[request_id] = true;
@@ -225,7 +240,8 @@ std::optional<Reply> Session::control(Action action, const wire::Id& experiment_
   return said;
 }
 
-std::optional<Answer> Session::query(const std::string& kind, const std::string& arguments, Duration timeout) {
+std::optional<Answer> Session::query(const std::string& kind, const std::string& arguments,
+                                     Duration timeout) {
   const auto deadline = after(timeout);
   std::optional<Answer> whole;
   while (!whole && Clock::now() < deadline) {

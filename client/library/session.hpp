@@ -54,8 +54,8 @@ class Session {
   /// permit this client.
   bool wait_for_server(Duration timeout);
 
-  /// Writes the request and waits for the first word on it; writes it again after a second of silence, which is
-  /// always safe. Empty when the time ran out.
+  /// Writes the request and waits for the first word on it; writes it again after a second of silence, which
+  /// is always safe. Empty when the time ran out.
   std::optional<Reply> submit(const std::string& json, const wire::Id& request_id, Duration timeout);
 
   /// Called with every status of the experiment that is waited for.

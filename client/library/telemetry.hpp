@@ -22,7 +22,7 @@ struct ChannelName {
 
 /// What is known of one experiment's stream.
 struct Stream {
-  std::vector<ChannelName> state;      ///< empty until the channels have arrived
+  std::vector<ChannelName> state;  ///< empty until the channels have arrived
   std::vector<ChannelName> thrusters;
   std::uint64_t received = 0;  ///< samples of state
   std::uint64_t lost = 0;      ///< by gaps in seq, between server and here

@@ -33,7 +33,9 @@ void add_request(CLI::App* sub, Options& options) {
 }
 
 void add_id(CLI::App* sub, Options& options) {
-  sub->add_option("id", options.ids, "experiment or request id, or the beginning of one")->required()->expected(1);
+  sub->add_option("id", options.ids, "experiment or request id, or the beginning of one")
+      ->required()
+      ->expected(1);
 }
 
 }  // namespace
@@ -47,7 +49,8 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
       ->envname("SLEW_DOMAIN")
       ->check(CLI::Range(1u, wire::kLargestDomain))
       ->capture_default_str();
-  app.add_option("--dds-profile", options.dds_profile, "Cyclone DDS configuration (XML); without it: loopback only")
+  app.add_option("--dds-profile", options.dds_profile,
+                 "Cyclone DDS configuration (XML); without it: loopback only")
       ->check(CLI::ExistingFile);
   app.add_option("--client-id", options.client_id, "the name under which as-fast work is shared out")
       ->capture_default_str();
@@ -56,8 +59,9 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
       ->capture_default_str();
   app.add_flag("--json", options.json, "one JSON document on standard output");
   app.add_flag("-q,--quiet", options.quiet, "no progress");
-  app.footer("Exit codes: 0 done, 1 the run failed, 2 bad usage or refused, 3 no server or not permitted,\n"
-             "            4 timed out, 5 cancelled, 6 interrupted, 7 busy");
+  app.footer(
+      "Exit codes: 0 done, 1 the run failed, 2 bad usage or refused, 3 no server or not permitted,\n"
+      "            4 timed out, 5 cancelled, 6 interrupted, 7 busy");
 
   Commands commands(app, options);
   const auto positive = CLI::Range(1e-9, 1e12);
@@ -74,15 +78,21 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
                               "slewctl submit request.json --set simulation.duration_s=20");
   add_request(submit, options);
   submit->add_flag("--verify", options.verify, "fly it through SUNDIALS too");
-  submit->add_option("--timeout", options.timeout_s, "give up waiting for the acceptance after so many seconds")
+  submit
+      ->add_option("--timeout", options.timeout_s, "give up waiting for the acceptance after so many seconds")
       ->check(positive);
 
-  add_id(commands.add(Command::result, "result", "the result of an experiment that has ended", "slewctl result 0193"),
+  add_id(commands.add(Command::result, "result", "the result of an experiment that has ended",
+                      "slewctl result 0193"),
          options);
-  add_id(commands.add(Command::show, "show", "an experiment: phase and complete request", "slewctl show 0193"), options);
-  for (auto* sub : {commands.add(Command::list, "list", "what the server holds now, newest first", "slewctl list --phase running"),
-                    commands.add(Command::history, "history", "everything that was ever accepted, newest first",
-                                 "slewctl history --limit 5")}) {
+  add_id(
+      commands.add(Command::show, "show", "an experiment: phase and complete request", "slewctl show 0193"),
+      options);
+  for (auto* sub :
+       {commands.add(Command::list, "list", "what the server holds now, newest first",
+                     "slewctl list --phase running"),
+        commands.add(Command::history, "history", "everything that was ever accepted, newest first",
+                     "slewctl history --limit 5")}) {
     sub->add_option("--limit", options.limit, "how many")->check(CLI::Range(1, 1000))->capture_default_str();
     sub->add_option("--offset", options.offset, "how many to pass over")->check(CLI::NonNegativeNumber);
     if (sub->get_name() == "list") sub->add_option("--phase", options.phase, "only those in this phase");
@@ -94,13 +104,15 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
   export_series->add_option("--csv", options.output, "the file")->required();
   for (auto* sub : {series, export_series}) {
     add_id(sub, options);
-    sub->add_option("--channels", options.channels, "names, separated by commas; all without it")->delimiter(',');
+    sub->add_option("--channels", options.channels, "names, separated by commas; all without it")
+        ->delimiter(',');
     sub->add_option("--from", options.from_s, "simulated seconds");
     sub->add_option("--to", options.to_s, "simulated seconds");
     sub->add_option("--max-samples", options.max_samples, "thin evenly to at most so many; 0: all")
         ->check(CLI::NonNegativeNumber);
   }
-  auto* plot = commands.add(Command::plot, "plot", "draw an experiment that has ended", "slewctl plot 0193 slew.svg");
+  auto* plot =
+      commands.add(Command::plot, "plot", "draw an experiment that has ended", "slewctl plot 0193 slew.svg");
   add_id(plot, options);
   plot->add_option("picture", options.output, "FILE.png, FILE.svg; without it: in the terminal");
 
@@ -113,13 +125,15 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
 
   add_id(commands.add(Command::cancel, "cancel", "end an experiment now", "slewctl cancel 0193"), options);
   add_id(commands.add(Command::pause, "pause", "stop its clock", "slewctl pause 0193"), options);
-  add_id(commands.add(Command::resume, "resume", "let its clock go on, or start a held one", "slewctl resume 0193"),
+  add_id(commands.add(Command::resume, "resume", "let its clock go on, or start a held one",
+                      "slewctl resume 0193"),
          options);
   auto* step = commands.add(Command::step, "step", "fly on for so much simulated time, then pause",
                             "slewctl step 0193 0.5");
   add_id(step, options);
   step->add_option("seconds", options.value, "simulated seconds")->required()->check(positive);
-  auto* rate = commands.add(Command::rate, "rate", "change the pace of a paced experiment", "slewctl rate 0193 2.0");
+  auto* rate =
+      commands.add(Command::rate, "rate", "change the pace of a paced experiment", "slewctl rate 0193 2.0");
   add_id(rate, options);
   rate->add_option("rate", options.value, "simulated seconds in a wall second")->required()->check(positive);
 
@@ -128,8 +142,9 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
   auto* show = presets->add_subcommand("show", "one preset, whole");
   show->add_option("preset", options.name, "its name")->required();
   show->fallthrough();
-  auto* schema = commands.add(Command::schema, "schema", "a schema; their names without one; no server needed",
-                              "slewctl schema request");
+  auto* schema =
+      commands.add(Command::schema, "schema", "a schema; their names without one; no server needed",
+                   "slewctl schema request");
   schema->add_option("name", options.name, "request, result, reply, query, limits");
   add_request(commands.add(Command::validate, "validate", "is this a request? no server needed",
                            "slewctl validate request.json"),
@@ -138,7 +153,8 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
                            "slewctl describe --preset agrawal-bang-1995/rigid-single-sided"),
               options);
   commands.add(Command::server, "server", "who serves this domain", "slewctl server");
-  commands.add(Command::doctor, "doctor", "why do I see nothing? one check after the other", "slewctl doctor --domain 7");
+  commands.add(Command::doctor, "doctor", "why do I see nothing? one check after the other",
+               "slewctl doctor --domain 7");
 
   try {
     app.parse(argc, argv);

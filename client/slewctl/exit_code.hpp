@@ -8,7 +8,7 @@ namespace slew::ctl {
 enum ExitCode {
   kDone = 0,
   kRunFailed = 1,
-  kRefused = 2,  ///< or bad usage
+  kRefused = 2,   ///< or bad usage
   kNoServer = 3,  ///< or not permitted
   kTimedOut = 4,
   kCancelled = 5,

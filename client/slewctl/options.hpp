@@ -9,8 +9,27 @@
 namespace slew::ctl {
 
 enum class Command {
-  run, submit, result, show, list, history, series, watch, cancel, pause, resume, step, rate,
-  presets, schema, validate, describe, server, doctor, plot, export_series,
+  run,
+  submit,
+  result,
+  show,
+  list,
+  history,
+  series,
+  watch,
+  cancel,
+  pause,
+  resume,
+  step,
+  rate,
+  presets,
+  schema,
+  validate,
+  describe,
+  server,
+  doctor,
+  plot,
+  export_series,
 };
 
 struct Options {

@@ -23,7 +23,8 @@ std::vector<std::string> split(const std::string& path) {
 }
 
 bool is_index(const std::string& step) {
-  return step.size() <= 9 && std::all_of(step.begin(), step.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return step.size() <= 9 &&
+         std::all_of(step.begin(), step.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
 }  // namespace
@@ -43,11 +44,12 @@ void set_path(json& document, const json& base, const std::string& assignment) {
     if (target->is_null() && beneath->is_array()) *target = *beneath;
     if (target->is_array()) {
       if (!is_index(step))
-        throw std::invalid_argument("\"" + step + "\" in \"" + assignment + "\" should be an index into an array");
+        throw std::invalid_argument("\"" + step + "\" in \"" + assignment +
+                                    "\" should be an index into an array");
       const std::size_t index = std::stoul(step);
       if (index > target->size())
-        throw std::invalid_argument("index " + step + " in \"" + assignment + "\" is beyond the end: the array has " +
-                                    std::to_string(target->size()));
+        throw std::invalid_argument("index " + step + " in \"" + assignment +
+                                    "\" is beyond the end: the array has " + std::to_string(target->size()));
       if (index == target->size()) target->push_back(nullptr);
       beneath = &nothing;
       target = &(*target)[index];

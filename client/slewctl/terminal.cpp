@@ -11,8 +11,8 @@ namespace {
 
 // Characters, not bytes.
 std::size_t width_of(const std::string& text) {
-  return static_cast<std::size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+  return static_cast<std::size_t>(std::count_if(
+      text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
 bool is_number(const std::string& text) {
@@ -57,7 +57,8 @@ std::string number(double value) {
 }
 
 std::string bar(double fraction, std::size_t width) {
-  const auto filled = static_cast<std::size_t>(std::clamp(fraction, 0.0, 1.0) * static_cast<double>(width) + 0.5);
+  const auto filled =
+      static_cast<std::size_t>(std::clamp(fraction, 0.0, 1.0) * static_cast<double>(width) + 0.5);
   std::string text = "[";
   for (std::size_t i = 0; i < width; ++i) text += i < filled ? "█" : "·";
   return text + "]";
@@ -65,7 +66,9 @@ std::string bar(double fraction, std::size_t width) {
 
 Progress::Progress(bool quiet) : quiet_(quiet), is_terminal_(isatty(STDERR_FILENO)) {}
 
-Progress::~Progress() { finish(); }
+Progress::~Progress() {
+  finish();
+}
 
 void Progress::show(const slew_v1_Experiment& status) {
   if (quiet_) return;

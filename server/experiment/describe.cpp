@@ -11,8 +11,8 @@ using nlohmann::json;
 
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 
-// Rest-to-rest slews without disturbance, in the limit of infinitely fast switching (Agrawal & Bang 1995, Eqs. 3
-// and 8; the coast and the slide along s = const are derived from Eqs. 11, 15 and 19).
+// Rest-to-rest slews without disturbance, in the limit of infinitely fast switching (Agrawal & Bang 1995,
+// Eqs. 3 and 8; the coast and the slide along s = const are derived from Eqs. 11, 15 and 19).
 json predictions(const SingleAxisSpecification& spec) {
   const double slew = std::abs(spec.maneuver.final_angle_rad - spec.maneuver.initial_angle_rad);
   const double a = spec.actuator.torque_N_m / spec.plant.inertia_kg_m2;
@@ -24,8 +24,10 @@ json predictions(const SingleAxisSpecification& spec) {
   if (band >= slew) return document;
   const double t1 = std::sqrt(2 * (slew - band) / (a * (1 + g)));
   const double rate = a * t1;
-  const double coast =
-      (spec.law.deadband == Deadband::double_sided ? 2 : spec.law.deadband == Deadband::single_sided ? 1 : 0) * band / rate;
+  const double coast = (spec.law.deadband == Deadband::double_sided   ? 2
+                        : spec.law.deadband == Deadband::single_sided ? 1
+                                                                      : 0) *
+                       band / rate;
   document["accelerating_s"] = t1;
   document["peak_rate_deg_s"] = rate * kDegPerRad;
   document["coast_s"] = coast;

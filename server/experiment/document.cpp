@@ -81,14 +81,18 @@ std::string place(std::string_view bytes, std::size_t offset) {
   return "line " + std::to_string(line) + ", column " + std::to_string(column);
 }
 
-// Keeps the path while the parser goes along, and notes keys that come twice: nlohmann would keep the last one
-// silently.
+// Keeps the path while the parser goes along, and notes keys that come twice: nlohmann would keep the last
+// one silently.
 class DuplicateKeys {
  public:
   bool operator()(int, json::parse_event_t event, json& parsed) {
     switch (event) {
-      case json::parse_event_t::object_start: open_.push_back({true, 0, {}, {}}); break;
-      case json::parse_event_t::array_start: open_.push_back({false, 0, {}, {}}); break;
+      case json::parse_event_t::object_start:
+        open_.push_back({true, 0, {}, {}});
+        break;
+      case json::parse_event_t::array_start:
+        open_.push_back({false, 0, {}, {}});
+        break;
       case json::parse_event_t::key: {
         auto& object = open_.back();
         object.key = parsed.get<std::string>();
@@ -100,7 +104,9 @@ class DuplicateKeys {
         open_.pop_back();
         next_element();
         break;
-      case json::parse_event_t::value: next_element(); break;
+      case json::parse_event_t::value:
+        next_element();
+        break;
     }
     return true;
   }
@@ -121,14 +127,17 @@ class DuplicateKeys {
   std::string pointer() const {
     json::json_pointer pointer;
     for (const Container& container : open_)
-      container.is_object ? pointer.push_back(container.key) : pointer.push_back(std::to_string(container.index));
+      container.is_object ? pointer.push_back(container.key)
+                          : pointer.push_back(std::to_string(container.index));
     return pointer.to_string();
   }
 
   std::vector<Container> open_;
 };
 
-std::vector<Violation> one(Violation violation) { return {std::move(violation)}; }
+std::vector<Violation> one(Violation violation) {
+  return {std::move(violation)};
+}
 
 }  // namespace
 
@@ -157,8 +166,8 @@ std::variant<json, std::vector<Violation>> parse_document(std::string_view bytes
   if (const auto bad = first_bad_utf8(bytes)) {
     char hex[8];
     std::snprintf(hex, sizeof hex, "0x%02X", static_cast<unsigned char>(bytes[*bad]));
-    return one({"", "the text is not UTF-8 at byte " + std::to_string(*bad) + " (" + place(bytes, *bad) + ")", hex,
-                "UTF-8"});
+    return one({"", "the text is not UTF-8 at byte " + std::to_string(*bad) + " (" + place(bytes, *bad) + ")",
+                hex, "UTF-8"});
   }
   DuplicateKeys duplicates;
   json document;

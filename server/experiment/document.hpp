@@ -22,8 +22,8 @@ nlohmann::json to_json(const Violation& violation);
 /// The value as JSON text of at most 200 bytes, for Violation::given.
 std::string shortened(const nlohmann::json& value);
 
-/// The document, or every violation that could be found: too large, too deep, not UTF-8, not JSON, duplicate keys,
-/// numbers beyond double precision's range. Never throws anything but std::bad_alloc.
+/// The document, or every violation that could be found: too large, too deep, not UTF-8, not JSON, duplicate
+/// keys, numbers beyond double precision's range. Never throws anything but std::bad_alloc.
 std::variant<nlohmann::json, std::vector<Violation>> parse_document(std::string_view bytes);
 
 }  // namespace slew

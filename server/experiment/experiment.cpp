@@ -14,7 +14,9 @@ using nlohmann::json;
 
 constexpr double kRadPerDeg = std::numbers::pi / 180;
 
-double radians(const json& value_deg) { return value_deg.get<double>() * kRadPerDeg; }
+double radians(const json& value_deg) {
+  return value_deg.get<double>() * kRadPerDeg;
+}
 
 std::optional<double> optional_number(const json& block, const char* name) {
   const auto place = block.find(name);
@@ -38,8 +40,9 @@ std::variant<json, Rejection> resolve(const json& request) {
       std::vector<std::string> names;
       for (const Preset& known : presets()) names.push_back(known.name);
       const std::string like = name->is_string() ? nearest(name->get_ref<const std::string&>(), names) : "";
-      return invalid({{"/preset", "there is no such preset" + (like.empty() ? "" : "; did you mean \"" + like + "\"?"),
-                       shortened(*name), "one of those that `slewctl presets` lists"}});
+      return invalid(
+          {{"/preset", "there is no such preset" + (like.empty() ? "" : "; did you mean \"" + like + "\"?"),
+            shortened(*name), "one of those that `slewctl presets` lists"}});
     }
     resolved = preset->at("request");
   }
@@ -75,8 +78,8 @@ SingleAxisSpecification specify(const json& request) {
                    .gas_density_kg_m3 = optional_number(actuator, "gas_density_kg_m3")};
 
   // I*/N* = gamma I/N (Agrawal & Bang 1995, Eq. 7).
-  spec.law.inertia_kg_m2 = controller.at("gamma").get<double>() *
-                           controller.value("inertia_kg_m2", spec.plant.inertia_kg_m2);
+  spec.law.inertia_kg_m2 =
+      controller.at("gamma").get<double>() * controller.value("inertia_kg_m2", spec.plant.inertia_kg_m2);
   spec.law.torque_N_m = controller.value("torque_N_m", spec.actuator.torque_N_m);
   spec.law.gamma_bar = controller.at("gamma_bar");
   const json& deadband = controller.at("deadband");
@@ -138,9 +141,12 @@ std::vector<std::string> warnings_about(const SingleAxisSpecification& spec) {
 
 std::string timing_mode_name(TimingMode mode) {
   switch (mode) {
-    case TimingMode::as_fast_as_possible: return "as_fast_as_possible";
-    case TimingMode::real_time: return "real_time";
-    case TimingMode::scaled: return "scaled";
+    case TimingMode::as_fast_as_possible:
+      return "as_fast_as_possible";
+    case TimingMode::real_time:
+      return "real_time";
+    case TimingMode::scaled:
+      return "scaled";
   }
   return "";
 }
@@ -174,7 +180,9 @@ std::variant<Prepared, Rejection> prepare(std::string_view request_text) {
   return prepared;
 }
 
-std::unique_ptr<Run> make_run(const Prepared& prepared) { return make_single_axis_run(prepared.system); }
+std::unique_ptr<Run> make_run(const Prepared& prepared) {
+  return make_single_axis_run(prepared.system);
+}
 
 std::unique_ptr<Run> make_verification(const Prepared& prepared) {
   return make_single_axis_verification(prepared.system);

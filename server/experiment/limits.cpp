@@ -9,7 +9,9 @@ namespace slew {
 const Limits& limits() {
   static const Limits values = [] {
     const nlohmann::json& schema = schema_document("limits");
-    const auto number = [&](const char* name) { return schema.at("properties").at(name).at("const").get<double>(); };
+    const auto number = [&](const char* name) {
+      return schema.at("properties").at(name).at("const").get<double>();
+    };
     const auto count = [&](const char* name) { return static_cast<std::size_t>(number(name)); };
     return Limits{.max_request_bytes = count("max_request_bytes"),
                   .max_nesting_depth = count("max_nesting_depth"),

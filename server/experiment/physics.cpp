@@ -9,7 +9,9 @@ namespace {
 
 using nlohmann::json;
 
-std::string number(double value) { return json(value).dump(); }
+std::string number(double value) {
+  return json(value).dump();
+}
 
 }  // namespace
 
@@ -26,7 +28,8 @@ std::vector<Violation> physics_violations(const json& request) {
 
   if (evaluation.at("type") == "continuous" && actuator.at("minimum_on_time_s") == 0)
     violate("/actuator/minimum_on_time_s",
-            "a law that is evaluated continuously switches infinitely often where both sides of its switching curve "
+            "a law that is evaluated continuously switches infinitely often where both sides of its "
+            "switching curve "
             "point at it; something must regularise it",
             shortened(actuator.at("minimum_on_time_s")),
             "a minimum on-time greater than 0, or controller.evaluation of type \"sampled\"");
@@ -48,18 +51,21 @@ std::vector<Violation> physics_violations(const json& request) {
   const Limits& most = limits();
   if (evaluation.at("type") == "sampled")
     if (const double steps = duration_s / evaluation.at("period_s").get<double>(); steps > most.max_steps)
-      violate("/controller/evaluation/period_s", "the run would take " + number(steps) + " controller samples",
-              shortened(evaluation.at("period_s")), "at least " + number(duration_s / most.max_steps) +
-                                                        " s for this duration (" + number(most.max_steps) +
-                                                        " samples)");
+      violate("/controller/evaluation/period_s",
+              "the run would take " + number(steps) + " controller samples",
+              shortened(evaluation.at("period_s")),
+              "at least " + number(duration_s / most.max_steps) + " s for this duration (" +
+                  number(most.max_steps) + " samples)");
   if (evaluation.at("type") == "continuous" && actuator.at("minimum_on_time_s") > 0)
-    if (const double steps = duration_s / actuator.at("minimum_on_time_s").get<double>(); steps > most.max_steps)
+    if (const double steps = duration_s / actuator.at("minimum_on_time_s").get<double>();
+        steps > most.max_steps)
       violate("/actuator/minimum_on_time_s", "the run could take " + number(steps) + " firings",
               shortened(actuator.at("minimum_on_time_s")),
               "at least " + number(duration_s / most.max_steps) + " s for this duration");
   const double sample_period_s = request.at("telemetry").at("sample_period_s");
   if (const double rows = duration_s / sample_period_s; rows > most.max_archived_rows)
-    violate("/telemetry/sample_period_s", "the run would leave " + number(rows) + " samples", number(sample_period_s),
+    violate("/telemetry/sample_period_s", "the run would leave " + number(rows) + " samples",
+            number(sample_period_s),
             "at least " + number(duration_s / most.max_archived_rows) + " s for this duration (" +
                 number(most.max_archived_rows) + " samples)");
   for (std::size_t i = 0; i < request.at("outputs").at("at_s").size(); ++i)

@@ -32,7 +32,8 @@ const std::map<std::string, json, std::less<>>& documents() {
   return all;
 }
 
-// ---- which parts of a schema speak about a value -----------------------------------------------------------
+// ---- which parts of a schema speak about a value
+// -----------------------------------------------------------
 
 // "limits.schema.json#/definitions/duration_s" or "#/definitions/…".
 const json& resolve(const json& root, const std::string& reference) {
@@ -51,13 +52,15 @@ bool condition_holds(const json& condition, const json& value) {
 }
 
 // The schema itself and all that it refers to, combines, or chooses for this value.
-void applicable(const json& root, const json& schema, const json& value, std::vector<const json*>& fragments) {
+void applicable(const json& root, const json& schema, const json& value,
+                std::vector<const json*>& fragments) {
   fragments.push_back(&schema);
   if (const auto reference = schema.find("$ref"); reference != schema.end())
     applicable(root, resolve(root, *reference), value, fragments);
   if (const auto all = schema.find("allOf"); all != schema.end())
     for (const json& part : *all) applicable(root, part, value, fragments);
-  if (const auto condition = schema.find("if"); condition != schema.end() && condition_holds(*condition, value))
+  if (const auto condition = schema.find("if");
+      condition != schema.end() && condition_holds(*condition, value))
     applicable(root, schema.at("then"), value, fragments);
 }
 
@@ -67,7 +70,8 @@ std::vector<const json*> applicable(const json& root, const json& schema, const 
   return fragments;
 }
 
-// ---- what a schema allows, in words ------------------------------------------------------------------------
+// ---- what a schema allows, in words
+// ------------------------------------------------------------------------
 
 std::string listed(const json& values) {
   std::string text;
@@ -104,8 +108,9 @@ std::string allowed_in_words(const std::vector<const json*>& fragments) {
     }
   }
   // The type first, whatever order the keywords are stored in.
-  std::stable_partition(parts.begin(), parts.end(),
-                        [](const std::string& part) { return part.starts_with("a ") || part.starts_with("an "); });
+  std::stable_partition(parts.begin(), parts.end(), [](const std::string& part) {
+    return part.starts_with("a ") || part.starts_with("an ");
+  });
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
   return text;
@@ -120,7 +125,8 @@ std::vector<std::string> known_properties(const std::vector<const json*>& fragme
   return known;
 }
 
-// ---- valijson's findings, made readable --------------------------------------------------------------------
+// ---- valijson's findings, made readable
+// --------------------------------------------------------------------
 
 // {"<root>", "[plant]", "[modes]", "[0]"} to a pointer.
 json::json_pointer pointer_of(const std::vector<std::string>& context) {
@@ -133,7 +139,8 @@ json::json_pointer pointer_of(const std::vector<std::string>& context) {
 }
 
 // The schema fragments that speak about the value at the pointer.
-std::vector<const json*> fragments_at(const json& root, const json& document, const json::json_pointer& pointer) {
+std::vector<const json*> fragments_at(const json& root, const json& document,
+                                      const json::json_pointer& pointer) {
   std::vector<std::string> path;
   for (json::json_pointer rest = pointer; !rest.empty(); rest.pop_back()) path.push_back(rest.back());
   std::reverse(path.begin(), path.end());
@@ -168,7 +175,8 @@ std::optional<std::string> quoted_name(const std::string& description, std::stri
 }
 
 bool only_points_further(const std::string& description) {
-  for (const char* start : {"Failed to validate against", "Failed to validate item", "Failed to validate against a"})
+  for (const char* start :
+       {"Failed to validate against", "Failed to validate item", "Failed to validate against a"})
     if (description.starts_with(start)) return true;
   return false;
 }
@@ -183,7 +191,8 @@ std::string problem_in_words(const std::string& description) {
   return "the value does not fit";
 }
 
-Violation translate(const json& schema, const json& document, const valijson::ValidationResults::Error& error) {
+Violation translate(const json& schema, const json& document,
+                    const valijson::ValidationResults::Error& error) {
   json::json_pointer pointer = pointer_of(error.context);
   const json& value = document.at(pointer);
   const auto fragments = fragments_at(schema, document, pointer);
@@ -203,7 +212,8 @@ Violation translate(const json& schema, const json& document, const valijson::Va
     return {pointer.to_string(), "a required field is missing", "",
             allowed_in_words(fragments_at(schema, document, pointer))};
   }
-  return {pointer.to_string(), problem_in_words(error.description), shortened(value), allowed_in_words(fragments)};
+  return {pointer.to_string(), problem_in_words(error.description), shortened(value),
+          allowed_in_words(fragments)};
 }
 
 // A schema compiled once; judging with it is const.
@@ -230,7 +240,8 @@ const valijson::Schema& compiled(std::string_view name) {
 void fill_defaults(const json& root, const json& schema, json& value) {
   if (!value.is_object() && !value.is_array()) return;
   for (const json* fragment : applicable(root, schema, value)) {
-    if (const auto properties = fragment->find("properties"); properties != fragment->end() && value.is_object())
+    if (const auto properties = fragment->find("properties");
+        properties != fragment->end() && value.is_object())
       for (const auto& [name, property] : properties->items()) {
         if (!value.contains(name) && property.contains("default")) value[name] = property.at("default");
         if (value.contains(name)) fill_defaults(root, property, value[name]);
@@ -284,7 +295,8 @@ std::vector<Violation> schema_violations(std::string_view name, const json& docu
     if (std::none_of(violations.begin(), violations.end(), same)) violations.push_back(std::move(violation));
   }
   if (violations.empty())
-    violations.push_back({"", "the document does not fit the schema", "", "see slewctl schema " + std::string(name)});
+    violations.push_back(
+        {"", "the document does not fit the schema", "", "see slewctl schema " + std::string(name)});
   std::stable_sort(violations.begin(), violations.end(),
                    [](const Violation& a, const Violation& b) { return a.pointer < b.pointer; });
   return violations;

@@ -109,8 +109,8 @@ JournalEntry Finisher::write_up(const FlightPointer& flight) {
       .phase = std::string(wire::phase_name(entry.phase)),
       .failure = entry.phase == slew_v1_FAILED ? std::optional(flight->failure()) : std::nullopt,
       .warnings = std::move(warnings)};
-  nlohmann::json result = result_document(heading, flight->prepared(), flight->has_run() ? &flight->run() : nullptr,
-                                          flight->verification());
+  nlohmann::json result = result_document(
+      heading, flight->prepared(), flight->has_run() ? &flight->run() : nullptr, flight->verification());
   result["provenance"]["lateness"] = lateness_document(*flight);
   entry.result = result.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   return entry;

@@ -1,6 +1,6 @@
-// The second opinion on a single-axis slew: ARKODE's explicit Runge-Kutta with its own root finding. Shares the
-// plant's right-hand side with the first one and nothing else: the law, the guards and the metrics are written
-// again here, from the paper.
+// The second opinion on a single-axis slew: ARKODE's explicit Runge-Kutta with its own root finding. Shares
+// the plant's right-hand side with the first one and nothing else: the law, the guards and the metrics are
+// written again here, from the paper.
 #include <cstdio>  // the next header wants FILE
 
 #include <arkode/arkode_butcher_erk.h>
@@ -95,9 +95,11 @@ class SundialsAxisRun final : public Run {
 SundialsAxisRun::SundialsAxisRun(const SingleAxisSpecification& specification)
     : spec_(specification), direction_(slew_direction(specification.maneuver)) {
   const double epsilon = spec_.law.deadband_rad;
-  if (spec_.law.deadband == Deadband::double_sided || (spec_.law.deadband == Deadband::single_sided && direction_ > 0))
+  if (spec_.law.deadband == Deadband::double_sided ||
+      (spec_.law.deadband == Deadband::single_sided && direction_ > 0))
     lower_rad_ = -epsilon;
-  if (spec_.law.deadband == Deadband::double_sided || (spec_.law.deadband == Deadband::single_sided && direction_ < 0))
+  if (spec_.law.deadband == Deadband::double_sided ||
+      (spec_.law.deadband == Deadband::single_sided && direction_ < 0))
     upper_rad_ = epsilon;
 
   solver_.state = N_VNew_Serial(2, solver_.context);
@@ -127,8 +129,7 @@ SundialsAxisRun::SundialsAxisRun(const SingleAxisSpecification& specification)
 int SundialsAxisRun::right_hand_side(sunrealtype, N_Vector state, N_Vector slope, void* self) {
   const auto& run = *static_cast<const SundialsAxisRun*>(self);
   const double torque = run.spec_.actuator.torque_N_m * run.u_ + run.spec_.disturbance_torque_N_m;
-  const auto moved =
-      derivative<double>(run.spec_.plant, {NV_Ith_S(state, 0), NV_Ith_S(state, 1)}, torque);
+  const auto moved = derivative<double>(run.spec_.plant, {NV_Ith_S(state, 0), NV_Ith_S(state, 1)}, torque);
   NV_Ith_S(slope, 0) = moved.angle_rad;
   NV_Ith_S(slope, 1) = moved.rate_rad_s;
   return 0;
@@ -156,7 +157,9 @@ int SundialsAxisRun::root_functions(sunrealtype, N_Vector state, sunrealtype* va
   return 0;
 }
 
-int SundialsAxisRun::wanted(double s_rad) const { return s_rad > upper_rad_ ? -1 : s_rad < lower_rad_ ? 1 : 0; }
+int SundialsAxisRun::wanted(double s_rad) const {
+  return s_rad > upper_rad_ ? -1 : s_rad < lower_rad_ ? 1 : 0;
+}
 
 void SundialsAxisRun::note(std::uint32_t channel, int mode) {
   if (report_.events.size() < kReportedEvents) report_.events.push_back({t_s_, channel, mode});
@@ -295,7 +298,8 @@ RunStatus SundialsAxisRun::advance(double, std::int64_t max_steps, SampleSink&) 
       break;
     }
     double stop_s = spec_.duration_s;
-    if (spec_.sample_period_s) stop_s = std::min(stop_s, static_cast<double>(sample_) * *spec_.sample_period_s);
+    if (spec_.sample_period_s)
+      stop_s = std::min(stop_s, static_cast<double>(sample_) * *spec_.sample_period_s);
     const bool is_held = !spec_.sample_period_s && u_ != 0 && t_s_ < hold_until_s_;
     if (is_held) stop_s = std::min(stop_s, hold_until_s_);
     fly_to(stop_s);

@@ -1,0 +1,117 @@
+// presets, schema, validate, describe: no server needed.
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "client/slewctl/commands.hpp"
+#include "client/slewctl/connection.hpp"
+#include "client/slewctl/terminal.hpp"
+#include "server/experiment/experiment.hpp"
+#include "server/experiment/preset.hpp"
+#include "server/experiment/schema.hpp"
+
+namespace slew::ctl {
+namespace {
+
+using nlohmann::json;
+
+// Prepares the request, or says on the way out why it cannot be.
+Prepared prepared_or_stop(const Options& options) {
+  auto outcome = prepare(request_text(options));
+  if (auto* prepared = std::get_if<Prepared>(&outcome)) return std::move(*prepared);
+  const auto& rejection = std::get<Rejection>(outcome);
+  json violations = json::array();
+  for (const Violation& violation : rejection.violations) violations.push_back(to_json(violation));
+  if (options.json)
+    print_json({{"code", rejection.code},
+                {"sentence", rejection.sentence},
+                {"violations", violations},
+                {"warnings", json::array()}});
+  throw Stop{kRefused, rejection.sentence + "\n" + violations_in_words(violations)};
+}
+
+// Numbers of a description, one a line, with the path that leads to them.
+void add_rows(std::vector<std::vector<std::string>>& rows, const std::string& path, const json& value) {
+  if (value.is_object()) {
+    for (const auto& [key, child] : value.items())
+      add_rows(rows, path.empty() ? key : path + "." + key, child);
+  } else if (value.is_number()) {
+    rows.push_back({path, number(value.get<double>())});
+  } else if (value.is_string()) {
+    rows.push_back({path, value.get<std::string>()});
+  } else {
+    rows.push_back({path, value.dump()});
+  }
+}
+
+}  // namespace
+
+int presets(const Options& options) {
+  if (!options.name.empty()) {
+    const json* document = preset_document(options.name);
+    if (!document) {
+      std::vector<std::string> names;
+      for (const Preset& preset : slew::presets()) names.push_back(preset.name);
+      const std::string like = nearest(options.name, names);
+      throw Stop{kRefused,
+                 "there is no preset " + options.name + (like.empty() ? "" : "; did you mean " + like + "?")};
+    }
+    print_json(*document);
+    return kDone;
+  }
+  if (options.json) {
+    json list = json::array();
+    for (const Preset& preset : slew::presets())
+      list.push_back({{"name", preset.name}, {"summary", preset.summary}, {"source", preset.source}});
+    print_json(list);
+    return kDone;
+  }
+  std::vector<std::vector<std::string>> rows{{"preset", "what it shows"}};
+  for (const Preset& preset : slew::presets()) rows.push_back({preset.name, preset.summary});
+  std::cout << table(rows);
+  return kDone;
+}
+
+int schema(const Options& options) {
+  const auto names = schema_names();
+  if (options.name.empty()) {
+    if (options.json) {
+      print_json(names);
+      return kDone;
+    }
+    for (const std::string& name : names) std::cout << name << "\n";
+    return kDone;
+  }
+  if (std::find(names.begin(), names.end(), options.name) == names.end())
+    throw Stop{kRefused, "there is no schema " + options.name + "; slewctl schema lists them"};
+  print_json(schema_document(options.name));
+  return kDone;
+}
+
+int validate(const Options& options) {
+  const Prepared prepared = prepared_or_stop(options);
+  if (options.json)
+    print_json({{"code", "ok"},
+                {"sentence", "this is a request"},
+                {"violations", json::array()},
+                {"warnings", prepared.warnings}});
+  for (const std::string& warning : prepared.warnings) std::cerr << "warning: " << warning << "\n";
+  if (!options.json) std::cout << "this is a request\n";
+  return kDone;
+}
+
+int describe(const Options& options) {
+  const json description = slew::describe(prepared_or_stop(options));
+  if (options.json) {
+    print_json(description);
+    return kDone;
+  }
+  std::vector<std::vector<std::string>> rows{{"", ""}};
+  for (const auto& [key, value] : description.items())
+    if (key != "request" && key != "warnings") add_rows(rows, key, value);
+  std::cout << table(rows);
+  for (const json& warning : description.at("warnings"))
+    std::cout << "warning: " << warning.get<std::string>() << "\n";
+  return kDone;
+}
+
+}  // namespace slew::ctl
