@@ -1,6 +1,8 @@
 #include "client/slewctl/report.hpp"
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "client/slewctl/terminal.hpp"
 
@@ -71,10 +73,20 @@ std::string result_in_words(const json& result) {
   if (result.at("metrics").is_object()) {
     const json& metrics = result.at("metrics");
     std::vector<std::vector<std::string>> rows{{"", "", ""}};
-    for (const auto& [key, value] : metrics.items()) {
+    // Times in the order in which they come, then errors, then costs; what is not known here comes last.
+    static const std::vector<std::string> order = {
+        "switch_on_s",     "coast_s",         "crossing_s",      "first_rest_s",
+        "end_box_entry_s", "maneuver_time_s", "settling_time_s", "end_time_s",
+        "overshoot_deg",   "rest_error_deg",  "final_error_deg", "residual_rate_deg_s",
+        "peak_rate_deg_s", "braking_duty"};
+    const auto add = [&](const std::string& key) {
       const auto [name, unit] = name_and_unit(key);
-      if (value.is_number()) rows.push_back({name, value_in_words(value), unit});
-    }
+      if (metrics.at(key).is_number()) rows.push_back({name, value_in_words(metrics.at(key)), unit});
+    };
+    for (const std::string& key : order)
+      if (metrics.contains(key)) add(key);
+    for (const auto& [key, value] : metrics.items())
+      if (std::find(order.begin(), order.end(), key) == order.end()) add(key);
     add_tally(rows, metrics, "thruster_on_time_s");
     add_tally(rows, metrics, "firings");
     text += table(rows);

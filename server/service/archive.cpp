@@ -90,7 +90,6 @@ std::vector<char> image(const ChannelTable& channels, const SampleStore& samples
   quiet();
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "make a file property");
   check(H5Pset_fapl_core(access, std::size_t{1} << 16, 0), "choose the memory driver");
-  check(H5Pset_libver_bounds(access, H5F_LIBVER_V18, H5F_LIBVER_LATEST), "choose a file version");
   const Handle file(H5Fcreate("series", H5F_ACC_TRUNC, H5P_DEFAULT, access), H5Fclose, "make a file");
   write_column(file, "time", {"time", "s", "", "simulated time"}, samples.column(0));
   std::size_t index = 1;
