@@ -11,40 +11,55 @@ using nlohmann::json;
 
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 
-// Rest-to-rest slews without disturbance, in the limit of infinitely fast switching (Agrawal & Bang 1995,
-// Eqs. 3 and 8; the coast and the slide along s = const are derived from Eqs. 11, 15 and 19).
+// In the limit of infinitely fast switching (Agrawal & Bang 1995, Eqs. 3 and 8; the coast and the slide along
+// s = const are derived from Eqs. 11, 15 and 19). A constant disturbance delta N along the slew leaves
+// a (1 + delta) to accelerate with and a (1 - delta) to brake with; inside a dead band it keeps accelerating,
+// for which there is no prediction here. Null where the closed forms do not apply.
 json predictions(const SingleAxisSpecification& spec) {
   const double slew = std::abs(spec.maneuver.final_angle_rad - spec.maneuver.initial_angle_rad);
   const double a = spec.actuator.torque_N_m / spec.plant.inertia_kg_m2;
+  const int direction = slew_direction(spec.maneuver);
+  const double delta = direction * spec.disturbance_torque_N_m / spec.actuator.torque_N_m;
+  if (slew == 0 || spec.maneuver.initial_rate_rad_s != 0 || std::abs(delta) >= 1) return nullptr;
+
   const double g = error_factor(spec);
+  const double fastest = std::sqrt(a * slew * (1 - delta * delta));
+  json document = {{"minimum_time_s", 2 * slew / fastest},
+                   {"minimum_time_switch_s", fastest / (a * (1 + delta))},
+                   {"minimum_time_peak_rate_deg_s", fastest * kDegPerRad},
+                   {"gamma_bar_for_no_overshoot", spec.law.gamma_bar / (g * (1 - delta))}};
   const double band = spec.law.deadband == Deadband::none ? 0 : spec.law.deadband_rad;
-  json document = {{"minimum_time_s", 2 * std::sqrt(slew / a)},
-                   {"minimum_time_switch_s", std::sqrt(slew / a)},
-                   {"minimum_time_peak_rate_deg_s", std::sqrt(slew * a) * kDegPerRad}};
-  if (band >= slew) return document;
-  const double t1 = std::sqrt(2 * (slew - band) / (a * (1 + g)));
-  const double rate = a * t1;
-  const double coast = (spec.law.deadband == Deadband::double_sided   ? 2
-                        : spec.law.deadband == Deadband::single_sided ? 1
-                                                                      : 0) *
-                       band / rate;
+  if (band >= slew || (band > 0 && delta != 0)) return document;
+
+  const double rate = std::sqrt(2 * a * (slew - band) / (g + 1 / (1 + delta)));
+  const double t1 = rate / (a * (1 + delta));
+  const double coast = (spec.law.deadband == Deadband::double_sided ? 2 : 1) * band / rate;
   document["accelerating_s"] = t1;
   document["peak_rate_deg_s"] = rate * kDegPerRad;
   document["coast_s"] = coast;
-  if (g >= 1) {
-    const double braking = g * t1;
+  if (g * (1 - delta) >= 1) {
+    const double braking = g * rate / a;
+    document["overshoot_deg"] = spec.law.deadband == Deadband::double_sided ? band * kDegPerRad : 0;
     document["slew_time_s"] = t1 + coast + braking;
     document["rest_error_deg"] =
-        (spec.law.deadband == Deadband::double_sided ? band : 0) * slew_direction(spec.maneuver) * kDegPerRad;
+        (spec.law.deadband == Deadband::double_sided ? band : 0) * direction * kDegPerRad;
     document["thruster_on_time_s"] = band > 0 ? 2 * t1 : t1 + braking;
-    document["braking_duty"] = band > 0 ? 1 / g : (1 + 1 / g) / 2;
+    document["braking_duty"] = band > 0 ? 1 / g : (1 + 1 / g + delta) / 2;
   } else if (band == 0) {
+    document["overshoot_deg"] = rate * rate / (2 * a) * (1 / (1 - delta) - g) * kDegPerRad;
+    document["first_stop_s"] = t1 + rate / (a * (1 - delta));
+    // Each half cycle leaves the fraction rho of the error.
     const double rho = (1 - g) / (1 + g);
-    document["overshoot_deg"] = slew * rho * kDegPerRad;
-    document["first_stop_s"] = 2 * t1;
-    document["slew_time_s"] = 2 * t1 / (1 - std::sqrt(rho));
+    if (delta == 0) document["slew_time_s"] = 2 * t1 / (1 - std::sqrt(rho));
   }
   return document;
+}
+
+// What the run asks of the machine.
+json size(const SingleAxisSpecification& spec) {
+  const double step_s = spec.sample_period_s.value_or(spec.actuator.minimum_on_time_s);
+  return {{"most_control_steps", std::ceil(spec.duration_s / step_s)},
+          {"most_telemetry_samples", std::floor(spec.duration_s / spec.telemetry_period_s) + 2}};
 }
 
 }  // namespace
@@ -71,6 +86,7 @@ json describe(const Prepared& prepared) {
             {"band_deg", {law.lower_rad() * kDegPerRad, law.upper_rad() * kDegPerRad}}}},
           {"regularisation", std::move(regularisation)},
           {"predictions", predictions(spec)},
+          {"size", size(spec)},
           {"warnings", prepared.warnings},
           {"request", prepared.resolved}};
 }
