@@ -1,0 +1,54 @@
+// A step allocates nothing: counted by replacing the global operator new.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "tests/unit/single_axis_cases.hpp"
+
+namespace {
+std::atomic<bool> counting{false};
+std::atomic<long> allocations{0};
+}  // namespace
+
+void* operator new(std::size_t size) {
+  if (counting) ++allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace {
+
+using namespace slew;
+
+class Discard final : public SampleSink {
+ public:
+  void sample(double, std::span<const double>, std::span<const double>) override { ++samples; }
+  void event(const SwitchEvent&) override {}
+  long samples = 0;
+};
+
+long allocations_of(const SingleAxisSpecification& spec) {
+  const auto run = make_single_axis_run(spec);
+  Discard discard;
+  run->advance(0.1, 1 << 30, discard);
+  allocations = 0;
+  counting = true;
+  run->advance(1.9, 1 << 30, discard);
+  counting = false;
+  EXPECT_GT(discard.samples, 100);
+  return allocations;
+}
+
+TEST(NoAllocation, InAStepOfTheSampledLaw) { EXPECT_EQ(allocations_of(test::single_sided(1.1, 0.1, 1e-3)), 0); }
+
+TEST(NoAllocation, InAStepOfTheContinuousLaw) {
+  auto spec = test::continuous(test::single_sided(1.1, 0.1, 0), 1e-3);
+  spec.law.end_box = EndBox{0.001, 0.001};
+  EXPECT_EQ(allocations_of(spec), 0);
+}
+
+}  // namespace
