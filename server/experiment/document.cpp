@@ -81,49 +81,41 @@ std::string place(std::string_view bytes, std::size_t offset) {
   return "line " + std::to_string(line) + ", column " + std::to_string(column);
 }
 
-// Keeps the path while the parser goes along, and notes keys that come twice: nlohmann would keep the last
-// one silently.
-class DuplicateKeys {
+// Goes through the text before a document is made of it, and notes what the document would not show (keys
+// that come twice, of which nlohmann keeps the last one silently) or should not contain (arrays without end).
+// A pass of its own: nlohmann's parser with a callback takes quadratic time for many small objects.
+class Scout final : public json::json_sax_t {
  public:
-  bool operator()(int, json::parse_event_t event, json& parsed) {
-    switch (event) {
-      case json::parse_event_t::object_start:
-        open_.push_back({true, 0, {}, {}});
-        break;
-      case json::parse_event_t::array_start:
-        open_.push_back({false, 0, {}, {}});
-        break;
-      case json::parse_event_t::key: {
-        auto& object = open_.back();
-        object.key = parsed.get<std::string>();
-        if (!object.keys.insert(object.key).second) found.push_back(pointer());
-        break;
-      }
-      case json::parse_event_t::object_end:
-      case json::parse_event_t::array_end:
-        open_.pop_back();
-        next_element();
-        break;
-      case json::parse_event_t::value:
-        next_element();
-        break;
-    }
+  bool null() override { return value(); }
+  bool boolean(bool) override { return value(); }
+  bool number_integer(json::number_integer_t) override { return value(); }
+  bool number_unsigned(json::number_unsigned_t) override { return value(); }
+  bool number_float(json::number_float_t, const json::string_t&) override { return value(); }
+  bool string(json::string_t&) override { return value(); }
+  bool binary(json::binary_t&) override { return value(); }
+  bool start_object(std::size_t) override {
+    open_.push_back({true, 0, {}, {}});
     return true;
   }
-
-  std::vector<std::string> found;
-
- private:
-  struct Container {
-    bool is_object;
-    std::size_t index;
-    std::string key;
-    std::set<std::string> keys;
-  };
-
-  void next_element() {
-    if (!open_.empty() && !open_.back().is_object) ++open_.back().index;
+  bool key(json::string_t& name) override {
+    Container& object = open_.back();
+    object.key = name;
+    if (!object.keys.insert(name).second) note("the key stands more than once", "", "every key once");
+    return violations.size() <= limits().max_violations;
   }
+  bool end_object() override { return close(); }
+  bool start_array(std::size_t) override {
+    open_.push_back({false, 0, {}, {}});
+    return true;
+  }
+  bool end_array() override { return close(); }
+  bool parse_error(std::size_t byte, const std::string&, const json::exception& error) override {
+    stopped_at = byte > 0 ? byte - 1 : 0;
+    // nlohmann's 406: "number overflow parsing '1e999'".
+    is_overflow = error.id == 406;
+    return false;
+  }
+
   std::string pointer() const {
     json::json_pointer pointer;
     for (const Container& container : open_)
@@ -132,8 +124,52 @@ class DuplicateKeys {
     return pointer.to_string();
   }
 
+  std::vector<Violation> violations;
+  std::optional<std::size_t> stopped_at;
+  bool is_overflow = false;
+
+ private:
+  struct Container {
+    bool is_object;
+    std::size_t index;  // of the element to come
+    std::string key;    // of the member to come
+    std::set<std::string> keys;
+  };
+
+  bool close() {
+    open_.pop_back();
+    return value();
+  }
+  bool value() {
+    if (open_.empty() || open_.back().is_object) return true;
+    const std::size_t most = limits().max_items;
+    if (++open_.back().index <= most) return true;
+    open_.pop_back();
+    note("the array is too long", "more than " + std::to_string(most) + " items",
+         "at most " + std::to_string(most) + " items");
+    return false;
+  }
+  void note(const char* problem, std::string given, std::string allowed) {
+    violations.push_back({pointer(), problem, std::move(given), std::move(allowed)});
+  }
+
   std::vector<Container> open_;
 };
+
+bool is_no_number(std::string_view text) {
+  for (const std::string_view name : {"NaN", "nan", "NAN", "Infinity", "inf", "INF"})
+    if (text.starts_with(name)) return true;
+  return false;
+}
+
+// The number that ends at the offset.
+std::string_view number_before(std::string_view bytes, std::size_t offset) {
+  const auto text = bytes.substr(0, std::min(offset + 1, bytes.size()));
+  const auto end = text.find_last_of("0123456789");
+  if (end == std::string_view::npos) return {};
+  const auto begin = text.substr(0, end).find_last_not_of("0123456789+-.eE");
+  return text.substr(begin == std::string_view::npos ? 0 : begin + 1, end - begin);
+}
 
 std::vector<Violation> one(Violation violation) {
   return {std::move(violation)};
@@ -169,25 +205,27 @@ std::variant<json, std::vector<Violation>> parse_document(std::string_view bytes
     return one({"", "the text is not UTF-8 at byte " + std::to_string(*bad) + " (" + place(bytes, *bad) + ")",
                 hex, "UTF-8"});
   }
-  DuplicateKeys duplicates;
-  json document;
-  try {
-    document = json::parse(bytes, std::ref(duplicates));
-  } catch (const json::parse_error& error) {
-    const std::size_t offset = error.byte > 0 ? error.byte - 1 : 0;
-    const auto from = std::min(offset, bytes.size());
-    return one({"", "the text is not JSON at " + place(bytes, offset),
-                shortened(std::string(bytes.substr(from, 40))), "one JSON object (RFC 8259)"});
-  } catch (const json::out_of_range&) {
-    return one({"", "a number is too large for double precision", "",
+  // nlohmann takes the first one for the end of the text and what follows for nothing.
+  if (const auto null = bytes.find('\0'); null != std::string_view::npos)
+    return one(
+        {"", "the text has a NUL byte at " + place(bytes, null), "0x00", "one JSON object (RFC 8259)"});
+  Scout scout;
+  const bool is_json = json::sax_parse(bytes, &scout);
+  if (!scout.violations.empty()) return std::move(scout.violations);
+  if (scout.stopped_at && scout.is_overflow)
+    return one({scout.pointer(), "the number is too large for double precision",
+                cut(std::string(number_before(bytes, *scout.stopped_at))),
                 "finite numbers of at most 1.797e308 in size"});
+  if (!is_json) {
+    const std::size_t offset = std::min(scout.stopped_at.value_or(0), bytes.size());
+    const auto rest = bytes.substr(offset, 40);
+    if (is_no_number(rest))
+      return one({scout.pointer(), "not-a-number and infinity are no JSON numbers: " + place(bytes, offset),
+                  shortened(std::string(rest)), "a finite number"});
+    return one({"", "the text is not JSON at " + place(bytes, offset), shortened(std::string(rest)),
+                "one JSON object (RFC 8259)"});
   }
-  if (!duplicates.found.empty()) {
-    std::vector<Violation> violations;
-    for (const std::string& pointer : duplicates.found)
-      violations.push_back({pointer, "the key stands more than once", "", "every key once"});
-    return violations;
-  }
+  json document = json::parse(bytes);
   if (!document.is_object())
     return one({"", "the text is JSON, but not an object", shortened(document), "an object"});
   return document;

@@ -1,8 +1,11 @@
 #include "server/experiment/experiment.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <numbers>
 
+#include "server/experiment/limits.hpp"
 #include "server/experiment/physics.hpp"
 #include "server/experiment/preset.hpp"
 #include "server/experiment/schema.hpp"
@@ -23,32 +26,69 @@ std::optional<double> optional_number(const json& block, const char* name) {
   return place == block.end() ? std::nullopt : std::optional(place->get<double>());
 }
 
+// Pointers and names are as long as whoever wrote them liked.
+std::string bounded(std::string text) {
+  constexpr std::size_t kBytes = 400;
+  if (text.size() <= kBytes) return text;
+  std::size_t end = kBytes;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
+  return text.substr(0, end) + "...";
+}
+
 Rejection invalid(std::vector<Violation> violations) {
+  const std::size_t most = limits().max_violations;
   const std::size_t count = violations.size();
-  std::string sentence = count == 1 ? "the request was refused: " + violations.front().problem
-                                    : "the request was refused for " + std::to_string(count) + " reasons";
-  if (count == 1 && !violations.front().pointer.empty()) sentence += " (" + violations.front().pointer + ")";
+  if (count > most) violations.resize(most);
+  for (Violation& violation : violations) violation.pointer = bounded(std::move(violation.pointer));
+  std::string sentence = "the request was refused";
+  if (count == 1) {
+    sentence += ": " + violations.front().problem;
+    if (!violations.front().pointer.empty()) sentence += " (" + violations.front().pointer + ")";
+  } else if (count <= most) {
+    sentence += " for " + std::to_string(count) + " reasons";
+  } else {
+    sentence += " for more than " + std::to_string(most) + " reasons; these are the first";
+  }
   return {"invalid", std::move(sentence), std::move(violations)};
 }
 
-// The preset with the request merged over it (RFC 7396), and defaults where neither says anything.
-std::variant<json, Rejection> resolve(const json& request) {
-  json resolved = json::object();
-  if (const auto name = request.find("preset"); name != request.end()) {
-    const json* preset = name->is_string() ? preset_document(name->get_ref<const std::string&>()) : nullptr;
-    if (!preset) {
-      std::vector<std::string> names;
-      for (const Preset& known : presets()) names.push_back(known.name);
-      const std::string like = name->is_string() ? nearest(name->get_ref<const std::string&>(), names) : "";
-      return invalid(
-          {{"/preset", "there is no such preset" + (like.empty() ? "" : "; did you mean \"" + like + "\"?"),
-            shortened(*name), "one of those that `slewctl presets` lists"}});
-    }
-    resolved = preset->at("request");
+Violation no_such_preset(const json& name) {
+  std::string like;
+  if (name.is_string()) {
+    std::vector<std::string> names;
+    for (const Preset& known : presets()) names.push_back(known.name);
+    like = nearest(name.get_ref<const std::string&>(), names);
   }
+  return {"/preset", "there is no such preset" + (like.empty() ? "" : "; did you mean \"" + like + "\"?"),
+          shortened(name), "a name that `slewctl presets` lists"};
+}
+
+// Why the request cannot be flown, as far as it can be told without its preset: what is missing may be there.
+std::vector<Violation> violations_without_preset(const json& request) {
+  std::vector<Violation> violations{no_such_preset(request.at("preset"))};
+  for (Violation& violation : schema_violations("request", request))
+    if (violation.pointer != "/preset" && request.contains(json::json_pointer(violation.pointer)))
+      violations.push_back(std::move(violation));
+  return violations;
+}
+
+// The preset with the request merged over it (RFC 7396), and defaults where neither says anything.
+json resolve(const json& request, const json* preset) {
+  json resolved = preset ? preset->at("request") : json::object();
   resolved.merge_patch(request);
   fill_defaults("request", resolved);
   return resolved;
+}
+
+// By schema and by physics, in the order of the document.
+std::vector<Violation> all_violations(const json& resolved) {
+  auto violations = schema_violations("request", resolved);
+  auto more = physics_violations(resolved, violations);
+  violations.insert(violations.end(), std::make_move_iterator(more.begin()),
+                    std::make_move_iterator(more.end()));
+  std::stable_sort(violations.begin(), violations.end(),
+                   [](const Violation& a, const Violation& b) { return a.pointer < b.pointer; });
+  return violations;
 }
 
 // A field that the preset brought along may not fit a block whose type the request changed.
@@ -134,6 +174,9 @@ std::vector<std::string> warnings_about(const SingleAxisSpecification& spec) {
     warnings.push_back("gamma_bar times gamma is " + json(g).dump() +
                        ", below 1: with a single-sided dead band the slew overshoots and ends slowly "
                        "(Agrawal & Bang 1995 ask for gamma_bar >= 1/gamma_min)");
+  if (std::abs(spec.disturbance_torque_N_m) >= spec.actuator.torque_N_m)
+    warnings.push_back(
+        "the disturbance is not smaller than the thrusters' torque: they cannot hold against it");
   return warnings;
 }
 
@@ -155,13 +198,13 @@ std::variant<Prepared, Rejection> prepare(std::string_view request_text) {
   auto parsed = parse_document(request_text);
   if (auto* violations = std::get_if<std::vector<Violation>>(&parsed)) return invalid(std::move(*violations));
   const json& request = std::get<json>(parsed);
-  auto outcome = resolve(request);
-  if (auto* rejection = std::get_if<Rejection>(&outcome)) return std::move(*rejection);
-  json& resolved = std::get<json>(outcome);
-
-  auto violations = schema_violations("request", resolved);
-  if (violations.empty()) violations = physics_violations(resolved);
-  if (!violations.empty()) {
+  const json* preset = nullptr;
+  if (const auto name = request.find("preset"); name != request.end() && !name->is_null()) {
+    preset = name->is_string() ? preset_document(name->get_ref<const std::string&>()) : nullptr;
+    if (!preset) return invalid(violations_without_preset(request));
+  }
+  json resolved = resolve(request, preset);
+  if (auto violations = all_violations(resolved); !violations.empty()) {
     name_the_preset(violations, request);
     return invalid(std::move(violations));
   }

@@ -15,6 +15,8 @@ const Limits& limits() {
     const auto count = [&](const char* name) { return static_cast<std::size_t>(number(name)); };
     return Limits{.max_request_bytes = count("max_request_bytes"),
                   .max_nesting_depth = count("max_nesting_depth"),
+                  .max_items = count("max_items"),
+                  .max_violations = count("max_violations"),
                   .max_steps = number("max_steps"),
                   .max_archived_rows = number("max_archived_rows"),
                   .max_queued_experiments = count("max_queued_experiments"),

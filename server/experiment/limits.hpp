@@ -8,6 +8,8 @@ namespace slew {
 struct Limits {
   std::size_t max_request_bytes;
   std::size_t max_nesting_depth;
+  std::size_t max_items;
+  std::size_t max_violations;
   double max_steps;
   double max_archived_rows;
   std::size_t max_queued_experiments;

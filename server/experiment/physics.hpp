@@ -8,7 +8,9 @@
 
 namespace slew {
 
-/// For a request that fits the schema and has its defaults.
-std::vector<Violation> physics_violations(const nlohmann::json& request);
+/// For a request that has its defaults. Looks only at fields that `schema_violations` leaves standing, so
+/// that both kinds can be told at once.
+std::vector<Violation> physics_violations(const nlohmann::json& request,
+                                          const std::vector<Violation>& schema_violations);
 
 }  // namespace slew

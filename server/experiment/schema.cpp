@@ -1,6 +1,7 @@
 #include "server/experiment/schema.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -13,6 +14,7 @@
 #include <valijson/validator.hpp>
 
 #include "schemas/embedded.hpp"
+#include "server/experiment/limits.hpp"
 
 namespace slew {
 namespace {
@@ -33,7 +35,6 @@ const std::map<std::string, json, std::less<>>& documents() {
 }
 
 // ---- which parts of a schema speak about a value
-// -----------------------------------------------------------
 
 // "limits.schema.json#/definitions/duration_s" or "#/definitions/…".
 const json& resolve(const json& root, const std::string& reference) {
@@ -71,7 +72,6 @@ std::vector<const json*> applicable(const json& root, const json& schema, const 
 }
 
 // ---- what a schema allows, in words
-// ------------------------------------------------------------------------
 
 std::string listed(const json& values) {
   std::string text;
@@ -91,26 +91,21 @@ std::string type_in_words(const json& type) {
 }
 
 std::string allowed_in_words(const std::vector<const json*>& fragments) {
+  static const std::vector<std::pair<const char*, std::function<std::string(const json&)>>> kWords = {
+      {"type", type_in_words},
+      {"enum", [](const json& value) { return "one of " + listed(value); }},
+      {"const", [](const json& value) { return value.dump(); }},
+      {"minimum", [](const json& value) { return "at least " + value.dump(); }},
+      {"exclusiveMinimum", [](const json& value) { return "greater than " + value.dump(); }},
+      {"maximum", [](const json& value) { return "at most " + value.dump(); }},
+      {"maxLength", [](const json& value) { return "at most " + value.dump() + " characters"; }},
+      {"maxItems", [](const json& value) { return "at most " + value.dump() + " items"; }}};
   std::vector<std::string> parts;
-  const auto add = [&](std::string part) {
-    if (std::find(parts.begin(), parts.end(), part) == parts.end()) parts.push_back(std::move(part));
-  };
-  for (const json* fragment : fragments) {
-    for (const auto& [keyword, value] : fragment->items()) {
-      if (keyword == "type") add(type_in_words(value));
-      if (keyword == "enum") add("one of " + listed(value));
-      if (keyword == "const") add(value.dump());
-      if (keyword == "minimum") add("at least " + value.dump());
-      if (keyword == "exclusiveMinimum") add("greater than " + value.dump());
-      if (keyword == "maximum") add("at most " + value.dump());
-      if (keyword == "maxLength") add("at most " + value.dump() + " characters");
-      if (keyword == "maxItems") add("at most " + value.dump() + " items");
-    }
-  }
-  // The type first, whatever order the keywords are stored in.
-  std::stable_partition(parts.begin(), parts.end(), [](const std::string& part) {
-    return part.starts_with("a ") || part.starts_with("an ");
-  });
+  for (const auto& [keyword, words] : kWords)
+    for (const json* fragment : fragments)
+      if (const auto place = fragment->find(keyword); place != fragment->end())
+        if (std::string part = words(*place); std::find(parts.begin(), parts.end(), part) == parts.end())
+          parts.push_back(std::move(part));
   std::string text;
   for (const std::string& part : parts) text += (text.empty() ? "" : ", ") + part;
   return text;
@@ -126,7 +121,6 @@ std::vector<std::string> known_properties(const std::vector<const json*>& fragme
 }
 
 // ---- valijson's findings, made readable
-// --------------------------------------------------------------------
 
 // {"<root>", "[plant]", "[modes]", "[0]"} to a pointer.
 json::json_pointer pointer_of(const std::vector<std::string>& context) {
@@ -136,6 +130,20 @@ json::json_pointer pointer_of(const std::vector<std::string>& context) {
     pointer.push_back(part.size() >= 2 && part.front() == '[' ? part.substr(1, part.size() - 2) : part);
   }
   return pointer;
+}
+
+// The fragments that speak about a member or an element, given those that speak about the whole.
+std::vector<const json*> fragments_below(const json& root, const std::vector<const json*>& fragments,
+                                         const json& value, const std::string& step, const json& child) {
+  std::vector<const json*> below;
+  for (const json* fragment : fragments) {
+    const auto properties = fragment->find("properties");
+    if (value.is_object() && properties != fragment->end() && properties->contains(step))
+      applicable(root, properties->at(step), child, below);
+    if (const auto items = fragment->find("items"); value.is_array() && items != fragment->end())
+      applicable(root, *items, child, below);
+  }
+  return below;
 }
 
 // The schema fragments that speak about the value at the pointer.
@@ -151,18 +159,46 @@ std::vector<const json*> fragments_at(const json& root, const json& document,
     const json& child = value->is_object() && value->contains(step) ? value->at(step)
                         : value->is_array()                         ? value->at(std::stoul(step))
                                                                     : nothing;
-    std::vector<const json*> next;
-    for (const json* fragment : fragments) {
-      const auto properties = fragment->find("properties");
-      if (value->is_object() && properties != fragment->end() && properties->contains(step))
-        applicable(root, properties->at(step), child, next);
-      if (const auto items = fragment->find("items"); value->is_array() && items != fragment->end())
-        applicable(root, *items, child, next);
-    }
-    fragments = std::move(next);
+    fragments = fragments_below(root, fragments, *value, step, child);
     value = &child;
   }
   return fragments;
+}
+
+// ---- fields that nobody knows: valijson names one in an object, we name all
+
+Violation unknown_field(const json::json_pointer& object, const std::string& name, const json& value,
+                        const std::vector<const json*>& fragments) {
+  const auto known = known_properties(fragments);
+  const std::string like = nearest(name, known);
+  return {(object / name).to_string(),
+          "there is no field " + shortened(name) + " here" +
+              (like.empty() ? std::string() : "; did you mean \"" + like + "\"?"),
+          shortened(value), "one of " + listed(known)};
+}
+
+void find_unknown_fields(const json& root, const std::vector<const json*>& fragments, const json& value,
+                         const json::json_pointer& pointer, std::vector<Violation>& found) {
+  const std::size_t most = limits().max_violations;
+  if (value.is_object()) {
+    for (const auto& [name, child] : value.items()) {
+      if (found.size() > most) return;
+      const bool is_unknown =
+          std::any_of(fragments.begin(), fragments.end(), [&key = name](const json* fragment) {
+            return fragment->value("additionalProperties", json()) == false &&
+                   !fragment->at("properties").contains(key);
+          });
+      if (is_unknown)
+        found.push_back(unknown_field(pointer, name, child, fragments));
+      else
+        find_unknown_fields(root, fragments_below(root, fragments, value, name, child), child, pointer / name,
+                            found);
+    }
+  }
+  if (value.is_array())
+    for (std::size_t i = 0; i < value.size() && found.size() <= most; ++i)
+      find_unknown_fields(root, fragments_below(root, fragments, value, "", value[i]), value[i], pointer / i,
+                          found);
 }
 
 std::optional<std::string> quoted_name(const std::string& description, std::string_view before) {
@@ -174,11 +210,10 @@ std::optional<std::string> quoted_name(const std::string& description, std::stri
   return description.substr(open + 1, close - open - 1);
 }
 
-bool only_points_further(const std::string& description) {
-  for (const char* start :
-       {"Failed to validate against", "Failed to validate item", "Failed to validate against a"})
-    if (description.starts_with(start)) return true;
-  return false;
+// What is said again, and better, elsewhere: in the branch that failed, or in the list of unknown fields.
+bool is_said_elsewhere(const std::string& description) {
+  return description.starts_with("Failed to validate") ||
+         description.find("'additionalProperties' constraints:") != std::string::npos;
 }
 
 std::string problem_in_words(const std::string& description) {
@@ -196,17 +231,7 @@ Violation translate(const json& schema, const json& document,
   json::json_pointer pointer = pointer_of(error.context);
   const json& value = document.at(pointer);
   const auto fragments = fragments_at(schema, document, pointer);
-  // valijson puts the name last in both sentences.
-  if (const auto name = quoted_name(error.description, "'additionalProperties' constraints:")) {
-    const auto known = known_properties(fragments);
-    const std::string like = nearest(*name, known);
-    std::string allowed = "one of " + listed(known);
-    pointer.push_back(*name);
-    return {pointer.to_string(),
-            "there is no field \"" + *name + "\" here" +
-                (like.empty() ? std::string() : "; did you mean \"" + like + "\"?"),
-            shortened(document.at(pointer)), std::move(allowed)};
-  }
+  // valijson puts the name last in its sentence.
   if (const auto name = quoted_name(error.description, "Missing required property")) {
     pointer.push_back(*name);
     return {pointer.to_string(), "a required field is missing", "",
@@ -285,10 +310,13 @@ std::vector<Violation> schema_violations(std::string_view name, const json& docu
   valijson::ValidationResults results;
   const valijson::adapters::NlohmannJsonAdapter target(document);
   if (validator.validate(compiled(name), target, &results)) return {};
+  const json& root = schema_document(name);
   std::vector<Violation> violations;
+  find_unknown_fields(root, applicable(root, root, document), document, json::json_pointer(), violations);
   for (const auto& error : results) {
-    if (only_points_further(error.description)) continue;
-    Violation violation = translate(schema_document(name), document, error);
+    if (violations.size() > limits().max_violations) break;
+    if (is_said_elsewhere(error.description)) continue;
+    Violation violation = translate(root, document, error);
     const auto same = [&](const Violation& other) {
       return other.pointer == violation.pointer && other.allowed == violation.allowed;
     };
@@ -309,10 +337,11 @@ void fill_defaults(std::string_view name, json& document) {
 
 std::string nearest(std::string_view name, const std::vector<std::string>& known) {
   std::string best;
+  name = name.substr(0, 200);
   // Half of the letters may differ; beyond that a guess is only confusing.
   std::size_t least = std::max<std::size_t>(2, name.size() / 2) + 1;
   for (const std::string& candidate : known) {
-    const std::size_t distance = edit_distance(name.substr(0, 200), candidate);
+    const std::size_t distance = edit_distance(name, candidate);
     if (distance < least) {
       least = distance;
       best = candidate;
