@@ -162,6 +162,17 @@ std::optional<Reply> Session::submit(const std::string& json, const wire::Id& re
   return first;
 }
 
+void Session::forget(const wire::Id& request_id) {
+  wire_->awaited[request_id] = true;
+  // What is kept for late joiners comes within moments of the match.
+  const auto settled = after(milliseconds(300));
+  while (Clock::now() < settled) {
+    wire_->waitset.wait(milliseconds(50));
+    wire_->collect({});
+  }
+  wire_->replies.erase(request_id);
+}
+
 std::optional<Reply> Session::wait_for_end(const wire::Id& request_id, Duration timeout,
                                            const Watcher& watcher, const std::function<bool()>& keep_going) {
   wire_->awaited[request_id] = true;

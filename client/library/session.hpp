@@ -58,6 +58,10 @@ class Session {
   /// is always safe. Empty when the time ran out.
   std::optional<Reply> submit(const std::string& json, const wire::Id& request_id, Duration timeout);
 
+  /// Passes over what was said on a request before now: late joiners are told again. For ids that were used
+  /// before.
+  void forget(const wire::Id& request_id);
+
   /// Called with every status of the experiment that is waited for.
   using Watcher = std::function<void(const slew_v1_Experiment&)>;
   /// Until the request's last word, also when the server restarts meanwhile. `keep_going` is asked about ten

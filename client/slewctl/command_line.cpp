@@ -32,10 +32,16 @@ void add_request(CLI::App* sub, Options& options) {
       ->allow_extra_args(false);
 }
 
+void add_request_id(CLI::App* sub, Options& options) {
+  sub->add_option("--request-id", options.request_id,
+                  "32 hexadecimal digits: the same request is never run twice");
+}
+
 void add_id(CLI::App* sub, Options& options) {
-  sub->add_option("id", options.ids, "experiment or request id, or the beginning of one")
-      ->required()
-      ->expected(1);
+  sub->add_option_function<std::string>(
+         "id", [&options](const std::string& id) { options.ids = {id}; },
+         "experiment or request id, or the beginning of one")
+      ->required();
 }
 
 }  // namespace
@@ -69,6 +75,7 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
   auto* run = commands.add(Command::run, "run", "submit a maneuver, wait for it, print the result",
                            "slewctl run --preset agrawal-bang-1995/rigid-single-sided --plot slew.png");
   add_request(run, options);
+  add_request_id(run, options);
   run->add_option("--plot", options.output, "draw it: FILE.png, FILE.svg, or - for the terminal");
   run->add_flag("--verify", options.verify, "fly it through SUNDIALS too and report the differences");
   run->add_option("--timeout", options.timeout_s, "give up waiting after so many seconds (the run goes on)")
@@ -77,6 +84,7 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
   auto* submit = commands.add(Command::submit, "submit", "submit a maneuver and go",
                               "slewctl submit request.json --set simulation.duration_s=20");
   add_request(submit, options);
+  add_request_id(submit, options);
   submit->add_flag("--verify", options.verify, "fly it through SUNDIALS too");
   submit
       ->add_option("--timeout", options.timeout_s, "give up waiting for the acceptance after so many seconds")

@@ -46,6 +46,7 @@ struct Options {
   std::string preset;
   std::vector<std::string> set;
   bool verify = false;
+  std::string request_id;  ///< empty: a new one
   std::optional<double> timeout_s;
   // experiments
   std::vector<std::string> ids;

@@ -33,7 +33,14 @@ int refuse(const Options& options, const client::Reply& reply) {
 }
 
 client::Reply hand_in(client::Session& session, const Options& options, const std::string& text) {
-  const auto request_id = wire::Id::make();
+  wire::Id request_id = wire::Id::make();
+  if (!options.request_id.empty()) {
+    const auto given = wire::Id::parse(options.request_id);
+    if (!given || given->is_zero())
+      throw Stop{kRefused, "a request id is 32 hexadecimal digits, not all of them 0"};
+    request_id = *given;
+    session.forget(request_id);
+  }
   const double most_s = options.timeout_s.value_or(kAcceptance_s);
   const auto reply = session.submit(text, request_id, seconds(most_s));
   if (!reply) throw Stop{kTimedOut, "the server did not say anything within " + number(most_s) + " s"};

@@ -150,21 +150,19 @@ std::int64_t user_version(sqlite3* database) {
 }
 
 // A new file gets its tables; one from a newer program is left untouched.
-void prepare_tables(sqlite3* database, const std::filesystem::path& file) {
+void prepare_tables(sqlite3* database) {
   const std::int64_t version = user_version(database);
   if (version > kVersion)
-    throw JournalError("the journal " + file.string() + " is of version " + std::to_string(version) +
-                       ", this program knows up to " + std::to_string(kVersion) +
+    throw JournalError("it is of version " + std::to_string(version) + ", this program knows up to " +
+                       std::to_string(kVersion) +
                        "; it was left untouched. Start the newer program, or give another --state-dir");
   // The promise: a commit is on the disk when it returns.
   for (const char* pragma : {"PRAGMA journal_mode = WAL", "PRAGMA synchronous = FULL"})
-    if (const std::string why = execute(database, pragma); !why.empty())
-      throw JournalError("the journal " + file.string() + " could not be set up: " + why);
+    if (const std::string why = execute(database, pragma); !why.empty()) throw JournalError(why);
   if (version == kVersion) return;
   const std::string sql = std::string("BEGIN IMMEDIATE;") + kTables +
                           "PRAGMA user_version = " + std::to_string(kVersion) + "; COMMIT;";
-  if (const std::string why = execute(database, sql.c_str()); !why.empty())
-    throw JournalError("the journal " + file.string() + " could not be set up: " + why);
+  if (const std::string why = execute(database, sql.c_str()); !why.empty()) throw JournalError(why);
 }
 
 void insert(sqlite3* database, const JournalEntry& entry) {
@@ -208,10 +206,10 @@ void update(sqlite3* database, const JournalEntry& entry) {
 Journal::Journal(const std::filesystem::path& file)
     : database_(open(file, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE)) {
   try {
-    prepare_tables(database_, file);
-  } catch (...) {
+    prepare_tables(database_);
+  } catch (const JournalError& error) {
     sqlite3_close(database_);
-    throw;
+    throw JournalError("the journal " + file.string() + " cannot be used: " + error.what());
   }
   thread_ = std::thread([this] { run(); });
 }

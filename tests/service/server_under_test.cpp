@@ -1,0 +1,69 @@
+#include "tests/service/server_under_test.hpp"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <fstream>
+#include <sstream>
+
+namespace slew::test {
+
+ServerUnderTest::ServerUnderTest(std::vector<std::string> arguments, bool start_now)
+    : arguments_(std::move(arguments)) {
+  if (start_now) start();
+}
+
+void ServerUnderTest::start() {
+  std::vector<std::string> command{SLEWD, "--domain", std::to_string(domain()), "--state-dir",
+                                   state().string()};
+  command.insert(command.end(), arguments_.begin(), arguments_.end());
+  process_ = Process(command, state() / "log");
+  const auto answer = ctl({"list", "--connect", "60", "--limit", "1"});
+  if (answer.exit_code != 0) throw std::runtime_error("the server does not answer: " + answer.errors + log());
+}
+
+int ServerUnderTest::stop() {
+  process_.signal(SIGTERM);
+  return process_.wait(std::chrono::seconds(60));
+}
+
+void ServerUnderTest::kill() {
+  process_.signal(SIGKILL);
+  process_.wait(std::chrono::seconds(10));
+}
+
+std::string ServerUnderTest::log() const {
+  std::ostringstream text;
+  text << std::ifstream(state() / "log").rdbuf();
+  return text.str();
+}
+
+std::vector<std::string> ServerUnderTest::ctl_command(std::vector<std::string> arguments) const {
+  arguments.insert(arguments.begin(), SLEWCTL);
+  arguments.insert(arguments.end(), {"--domain", std::to_string(domain())});
+  return arguments;
+}
+
+Finished ServerUnderTest::ctl(std::vector<std::string> arguments, const std::string& input) const {
+  return run(ctl_command(std::move(arguments)), input);
+}
+
+nlohmann::json ServerUnderTest::document(std::vector<std::string> arguments, const std::string& input) const {
+  arguments.emplace_back("--json");
+  const Finished finished = ctl(arguments, input);
+  EXPECT_EQ(finished.exit_code, 0) << finished.errors;
+  auto parsed = nlohmann::json::parse(finished.output, nullptr, false);
+  EXPECT_FALSE(parsed.is_discarded()) << finished.output;
+  return finished.exit_code == 0 ? parsed : nlohmann::json();
+}
+
+std::unique_ptr<client::Session> ServerUnderTest::session(const std::string& client_id) const {
+  client::SessionOptions options;
+  options.domain.domain = domain();
+  options.client_id = client_id;
+  auto session = std::make_unique<client::Session>(options);
+  if (!session->wait_for_server(std::chrono::seconds(30))) throw std::runtime_error("no server is matched");
+  return session;
+}
+
+}  // namespace slew::test
