@@ -107,7 +107,7 @@ void AxisMetrics::arc(double t_s, const QuadraticArc<double>& arc, int u, double
     turn(t_s + *rest, arc.angle_at(*rest) - final_angle_rad_);
     motion_ = -motion_;
   }
-  if (switch_on_s_ && direction_ * end_rate <= 0) {
+  if (switch_on_s_ && is_at_rest(end_rate)) {
     const double tau = rest.value_or(direction_ * arc.rate_rad_s <= 0 ? 0.0 : h);
     first_rest(t_s + tau, arc.angle_at(tau));
   }

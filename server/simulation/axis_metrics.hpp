@@ -13,6 +13,9 @@ namespace slew {
 /// Fed with the arcs and mode changes of a run in the order of time. Never allocates after construction.
 class AxisMetrics {
  public:
+  /// Of the peak rate. Far above what 1e8 steps round, far below what the shortest firing changes.
+  static constexpr double kRestFraction = 1e-10;
+
   /// `direction` is the sign of the slew.
   AxisMetrics(const SingleAxisSpecification& specification, int direction);
 
@@ -26,6 +29,11 @@ class AxisMetrics {
   void first_rest(double t_s, double angle_rad);
 
   bool braking_has_begun() const { return switch_on_s_.has_value(); }
+  /// No longer moving along the slew, to rounding: from rest, as many sampled firings back as forth leave a
+  /// rate of exactly 0 and its rounding, of either sign, and inside the dead band nothing would take it away.
+  bool is_at_rest(double rate_rad_s) const {
+    return direction_ * rate_rad_s <= kRestFraction * metrics_.peak_rate_rad_s;
+  }
 
   /// The metrics at the end, or so far.
   Metrics finish(double t_s, double angle_rad, double rate_rad_s) const;

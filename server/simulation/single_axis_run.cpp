@@ -228,7 +228,7 @@ void SingleAxisRun::open_step(SampleSink& sink) {
   is_sampled() ? decide_sampled(sink) : decide_continuous(sink);
   if (spec_.stop == StopCondition::end_box && in_box_) return finish("end_box", sink);
   const bool stops_at_rest = spec_.stop == StopCondition::first_rest && metrics_.braking_has_begun();
-  if (stops_at_rest && (reason_ == Reason::rest || direction_ * rate_rad_s_ <= 0)) {
+  if (stops_at_rest && (reason_ == Reason::rest || metrics_.is_at_rest(rate_rad_s_))) {
     metrics_.first_rest(t_s_, angle_rad_);
     return finish("first_rest", sink);
   }

@@ -293,9 +293,14 @@ RunStatus SundialsAxisRun::advance(double, std::int64_t max_steps, SampleSink&) 
       finish("end_box");
       break;
     }
-    if (spec_.stop == StopCondition::first_rest && has_braked_ && direction_ * rate() <= 0) {
-      finish("first_rest");
-      break;
+    // A rest that sampled firings reach exactly is not crossed: it is met to the integrator's accuracy.
+    const double rest_rate = 10 * spec_.verification_tolerance * metrics_.peak_rate_rad_s;
+    if (has_braked_ && direction_ * rate() <= rest_rate) {
+      if (!metrics_.first_rest_s) metrics_.first_rest_s = t_s_;
+      if (spec_.stop == StopCondition::first_rest) {
+        finish("first_rest");
+        break;
+      }
     }
     double stop_s = spec_.duration_s;
     if (spec_.sample_period_s)
