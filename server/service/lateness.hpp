@@ -1,6 +1,7 @@
 // How late the slices of paced work were: a histogram with bins 1/8 of an octave wide, from 1 us to 17 min.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <bit>
@@ -30,7 +31,7 @@ class Lateness {
     std::uint64_t below = 0;
     for (std::size_t i = 0; i < kBins; ++i) {
       below += bins_[i].load(std::memory_order_relaxed);
-      if (below >= rank) return upper_edge_us(i) * 1e-6 < max_s() ? upper_edge_us(i) * 1e-6 : max_s();
+      if (below >= rank) return i + 1 < kBins ? std::min(upper_edge_us(i) * 1e-6, max_s()) : max_s();
     }
     return max_s();
   }

@@ -1,4 +1,5 @@
-// A single-axis slew from beginning to end, by closed-form arcs and by SUNDIALS: the ratio counts, in one run.
+// A single-axis slew from beginning to end, by closed-form arcs and by SUNDIALS: the ratio counts, in one
+// run.
 #include <benchmark/benchmark.h>
 
 #include <limits>
@@ -24,12 +25,15 @@ void fly(benchmark::State& state, const SingleAxisSpecification& spec, Make make
     run->advance(std::numeric_limits<double>::infinity(), std::numeric_limits<std::int64_t>::max(), discard);
     steps += run->report().propagator.steps;
   }
-  state.counters["steps"] = benchmark::Counter(static_cast<double>(steps), benchmark::Counter::kAvgIterations);
+  state.counters["steps"] =
+      benchmark::Counter(static_cast<double>(steps), benchmark::Counter::kAvgIterations);
   state.counters["ns/step"] = benchmark::Counter(static_cast<double>(steps) * 1e-9,
                                                  benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
-SingleAxisSpecification sampled() { return test::single_sided(1.1, 0.1, 1e-3); }
+SingleAxisSpecification sampled() {
+  return test::single_sided(1.1, 0.1, 1e-3);
+}
 SingleAxisSpecification minimum_on_time() {
   auto spec = test::continuous(test::single_sided(1.1, 0.1, 0), 0.05);
   spec.law.end_box = EndBox{0.01, 0.05};
@@ -37,9 +41,15 @@ SingleAxisSpecification minimum_on_time() {
   return spec;
 }
 
-void SampledByArcs(benchmark::State& state) { fly(state, sampled(), make_single_axis_run); }
-void SampledBySundials(benchmark::State& state) { fly(state, sampled(), make_single_axis_verification); }
-void MinimumOnTimeByArcs(benchmark::State& state) { fly(state, minimum_on_time(), make_single_axis_run); }
+void SampledByArcs(benchmark::State& state) {
+  fly(state, sampled(), make_single_axis_run);
+}
+void SampledBySundials(benchmark::State& state) {
+  fly(state, sampled(), make_single_axis_verification);
+}
+void MinimumOnTimeByArcs(benchmark::State& state) {
+  fly(state, minimum_on_time(), make_single_axis_run);
+}
 void MinimumOnTimeBySundials(benchmark::State& state) {
   fly(state, minimum_on_time(), make_single_axis_verification);
 }

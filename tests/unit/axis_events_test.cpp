@@ -58,14 +58,15 @@ Problem random_problem(std::mt19937_64& random) {
 std::optional<long double> crossing_by_bisection(const Problem& problem, const SwitchingFunction& law,
                                                  SwitchingSide side) {
   const auto s_at = [&](long double tau) {
-    const long double angle = problem.arc.angle_rad + tau * (problem.arc.rate_rad_s +
-                                                             0.5L * problem.arc.acceleration_rad_s2 * tau);
+    const long double angle =
+        problem.arc.angle_rad + tau * (problem.arc.rate_rad_s + 0.5L * problem.arc.acceleration_rad_s2 * tau);
     const long double rate = problem.arc.rate_rad_s + problem.arc.acceleration_rad_s2 * tau;
     return angle - problem.final_angle + law.curvature() * rate * std::fabs(rate);
   };
   const auto side_of = [&](long double s) {
-    return s > law.upper_rad() ? SwitchingSide::above : s < law.lower_rad() ? SwitchingSide::below
-                                                                           : SwitchingSide::inside;
+    return s > law.upper_rad()   ? SwitchingSide::above
+           : s < law.lower_rad() ? SwitchingSide::below
+                                 : SwitchingSide::inside;
   };
   constexpr int kParts = 20000;
   for (int i = 1; i <= kParts; ++i) {
@@ -141,7 +142,9 @@ TEST(BoxCrossing, AgreesWithLookingClosely) {
       if (const double tau = problem.h * k / 50000; is_in(tau) != starts_in) seen = tau;
     const auto crossing = box_crossing(problem.arc, box, problem.final_angle, starts_in, problem.h, 1e-14);
     ASSERT_EQ(crossing.has_value(), seen.has_value()) << i;
-    if (seen) { EXPECT_NEAR(*crossing, *seen, problem.h / 50000 + 1e-12) << i; }
+    if (seen) {
+      EXPECT_NEAR(*crossing, *seen, problem.h / 50000 + 1e-12) << i;
+    }
   }
 }
 

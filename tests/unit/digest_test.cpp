@@ -18,10 +18,18 @@ Digest of(double event_time_s, double state, int repeats = 300) {
   return digester.digest();
 }
 
-TEST(Digest, FlipsWithTheLastBitOfAnEventTime) { EXPECT_NE(of(1.5, 2), of(std::nextafter(1.5, 2), 2)); }
-TEST(Digest, FlipsWithTheLastBitOfAState) { EXPECT_NE(of(1.5, 2), of(1.5, std::nextafter(2, 1))); }
-TEST(Digest, TellsPlusFromMinusZero) { EXPECT_NE(of(1.5, 0.0), of(1.5, -0.0)); }
-TEST(Digest, CountsWhatItHashed) { EXPECT_EQ(of(1.5, 2, 7).hashed_bytes, 7u * 4 * 8); }
+TEST(Digest, FlipsWithTheLastBitOfAnEventTime) {
+  EXPECT_NE(of(1.5, 2), of(std::nextafter(1.5, 2), 2));
+}
+TEST(Digest, FlipsWithTheLastBitOfAState) {
+  EXPECT_NE(of(1.5, 2), of(1.5, std::nextafter(2, 1)));
+}
+TEST(Digest, TellsPlusFromMinusZero) {
+  EXPECT_NE(of(1.5, 0.0), of(1.5, -0.0));
+}
+TEST(Digest, CountsWhatItHashed) {
+  EXPECT_EQ(of(1.5, 2, 7).hashed_bytes, 7u * 4 * 8);
+}
 
 TEST(Digest, CanBeAskedAlongTheWay) {
   Digester digester;
@@ -33,6 +41,8 @@ TEST(Digest, CanBeAskedAlongTheWay) {
   EXPECT_NE(digester.digest(), early);
 }
 
-TEST(Digest, IsThirtyTwoDigits) { EXPECT_EQ(of(1, 2).hex().size(), 32u); }
+TEST(Digest, IsThirtyTwoDigits) {
+  EXPECT_EQ(of(1, 2).hex().size(), 32u);
+}
 
 }  // namespace

@@ -17,8 +17,12 @@ void* operator new(std::size_t size) {
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}
 
 namespace {
 
@@ -43,7 +47,9 @@ long allocations_of(const SingleAxisSpecification& spec) {
   return allocations;
 }
 
-TEST(NoAllocation, InAStepOfTheSampledLaw) { EXPECT_EQ(allocations_of(test::single_sided(1.1, 0.1, 1e-3)), 0); }
+TEST(NoAllocation, InAStepOfTheSampledLaw) {
+  EXPECT_EQ(allocations_of(test::single_sided(1.1, 0.1, 1e-3)), 0);
+}
 
 TEST(NoAllocation, InAStepOfTheContinuousLaw) {
   auto spec = test::continuous(test::single_sided(1.1, 0.1, 0), 1e-3);

@@ -21,10 +21,14 @@ void expect_agreement(const SingleAxisSpecification& spec, double state_toleranc
   EXPECT_TRUE(opinion.same_event_sequence);
   EXPECT_NEAR(opinion.final_time_difference_s, 0, time_tolerance_s);
   for (const double difference : opinion.final_state_difference) EXPECT_NEAR(difference, 0, state_tolerance);
-  if (opinion.event_time_max_s) { EXPECT_LE(*opinion.event_time_max_s, time_tolerance_s); }
+  if (opinion.event_time_max_s) {
+    EXPECT_LE(*opinion.event_time_max_s, time_tolerance_s);
+  }
 }
 
-TEST(SecondOpinion, AgreesOnTheSampledLaw) { expect_agreement(single_sided(1.1, 0.1, 1e-2), 1e-12, 1e-12); }
+TEST(SecondOpinion, AgreesOnTheSampledLaw) {
+  expect_agreement(single_sided(1.1, 0.1, 1e-2), 1e-12, 1e-12);
+}
 
 TEST(SecondOpinion, AgreesOnTheMinimumOnTime) {
   auto spec = continuous(single_sided(1.1, 0.1, 0), 0.05);

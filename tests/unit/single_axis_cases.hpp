@@ -58,6 +58,8 @@ inline RunReport fly(Run& run) {
   return run.report();
 }
 
-inline RunReport fly(const SingleAxisSpecification& spec) { return fly(*make_single_axis_run(spec)); }
+inline RunReport fly(const SingleAxisSpecification& spec) {
+  return fly(*make_single_axis_run(spec));
+}
 
 }  // namespace slew::test

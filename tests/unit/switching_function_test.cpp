@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <Eigen/Core>
+#include <cmath>
 #include <unsupported/Eigen/AutoDiff>
 
 namespace {
