@@ -20,7 +20,7 @@ std::string digest_of(const json& result) {
 
 // Frozen, so that every build (release, sanitizers, another compiler) is held to the same bits. The rigid
 // axis needs only + - * / and sqrt, which every processor rounds alike.
-const std::map<std::string, std::string> kFrozen = {{kSampled, "55661a9704f76515bb4494ce68536ab7"},
+const std::map<std::string, std::string> kFrozen = {{kSampled, "bed7a9397c83ef5fb88414adb6d5ee86"},
                                                     {kOnTime, "d2496abbd9eef2572cd8742badcb045d"}};
 
 TEST(SameBits, WhateverThePaceAndTheTelemetry) {

@@ -65,7 +65,7 @@ TEST(RequestMutation, OfBytes) {
   std::mt19937 random(11);
   for (int i = 0; i < 4000; ++i) {
     std::string text = valid_requests()[random() % valid_requests().size()];
-    for (unsigned n = 1 + random() % 4; n > 0; --n) {
+    for (auto n = 1 + random() % 4; n > 0; --n) {
       const std::size_t at = random() % text.size();
       switch (random() % 4) {
         case 0:
@@ -124,7 +124,7 @@ TEST(RequestMutation, OfValues) {
   std::mt19937 random(12);
   for (int i = 0; i < 6000; ++i) {
     json request = json::parse(valid_requests()[random() % valid_requests().size()]);
-    for (unsigned n = 1 + random() % 3; n > 0; --n) {
+    for (auto n = 1 + random() % 3; n > 0; --n) {
       std::vector<json::json_pointer> places;
       collect(request, json::json_pointer(), places);
       if (places.empty()) break;
