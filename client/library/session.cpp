@@ -5,6 +5,7 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 
 #include "idl/wire/reader.hpp"
@@ -91,6 +92,11 @@ struct Session::Wire {
       place = awaited.contains(place->first) ? std::next(place) : replies.erase(place);
   }
 
+  void no_longer_awaited(const wire::Id& id) {
+    awaited.erase(id);
+    replies.erase(id);
+  }
+
   struct Pages {
     std::string code;
     std::vector<std::optional<std::string>> texts;
@@ -112,7 +118,7 @@ struct Session::Wire {
   wire::Reader<slew_v1_Experiment> experiment;
   wire::Reader<slew_v1_Server> server;
   wire::Waitset waitset;
-  std::map<wire::Id, bool> awaited;
+  std::set<wire::Id> awaited;
   std::map<wire::Id, std::vector<Reply>> replies;
   std::map<wire::Id, Pages> answers;
   std::map<wire::Id, slew_v1_Server> servers;
@@ -144,7 +150,7 @@ std::optional<Reply> Session::submit(const std::string& json, const wire::Id& re
   wire::store(wire_->options.client_id, request.client_id);
   wire::store(wire_->options.sender, request.sender);
   request.json = wire::borrowed(json);
-  wire_->awaited[request_id] = true;
+  wire_->awaited.insert(request_id);
   const auto deadline = after(timeout);
   auto again = Clock::now();
   std::optional<Reply> first;
@@ -163,7 +169,7 @@ std::optional<Reply> Session::submit(const std::string& json, const wire::Id& re
 }
 
 void Session::forget(const wire::Id& request_id) {
-  wire_->awaited[request_id] = true;
+  wire_->awaited.insert(request_id);
   // What is kept for late joiners comes within moments of the match.
   const auto settled = after(milliseconds(300));
   while (Clock::now() < settled) {
@@ -175,7 +181,7 @@ void Session::forget(const wire::Id& request_id) {
 
 std::optional<Reply> Session::wait_for_end(const wire::Id& request_id, Duration timeout,
                                            const Watcher& watcher, const std::function<bool()>& keep_going) {
-  wire_->awaited[request_id] = true;
+  wire_->awaited.insert(request_id);
   const auto deadline = after(timeout);
   auto ask = Clock::now() + kSilenceBeforeAsking;
   const auto mine = [&](const slew_v1_Experiment& status) {
@@ -185,7 +191,11 @@ std::optional<Reply> Session::wait_for_end(const wire::Id& request_id, Duration 
   };
   while (Clock::now() < deadline && (!keep_going || keep_going())) {
     for (const Reply& said : wire_->replies[request_id])
-      if (wire::is_terminal(said.phase)) return said;
+      if (wire::is_terminal(said.phase)) {
+        const Reply last = said;
+        wire_->no_longer_awaited(request_id);
+        return last;
+      }
     wire_->waitset.wait(kLook);
     wire_->collect(mine);
     if (Clock::now() < ask) continue;
@@ -197,6 +207,7 @@ std::optional<Reply> Session::wait_for_end(const wire::Id& request_id, Duration 
       if (phase && wire::is_terminal(*phase)) {
         const auto experiment = wire::Id::parse(document.value("experiment_id", ""));
         const std::string name(wire::phase_name(*phase));
+        wire_->no_longer_awaited(request_id);
         return Reply{request_id, experiment.value_or(wire::Id{}), *phase,
                      *phase == slew_v1_COMPLETED ? "ok" : name,
                      nlohmann::json{{"code", name},
@@ -237,7 +248,7 @@ std::optional<Reply> Session::control(Action action, const wire::Id& experiment_
       break;
   }
   control.value = value;
-  wire_->awaited[request_id] = true;
+  wire_->awaited.insert(request_id);
   const auto deadline = after(timeout);
   // Not repeated: a step that is taken twice is another step.
   wire_->control.write(control);
@@ -248,6 +259,7 @@ std::optional<Reply> Session::control(Action action, const wire::Id& experiment_
     if (const auto& replies = wire_->replies[request_id]; !replies.empty()) said = replies.front();
   }
   wire_->control.unregister(control);
+  wire_->no_longer_awaited(request_id);
   return said;
 }
 

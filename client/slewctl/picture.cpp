@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
+#include <vector>
 
 #include "client/slewctl/connection.hpp"
 
@@ -18,19 +19,25 @@ namespace {
 
 using nlohmann::json;
 
-struct Panel {
+struct Quantity {
   const char* channel;
   const char* label;
-  double factor;
-  const char* style;
   const char* color;
 };
 
+// Drawn in degrees, where the run has them.
+constexpr Quantity kQuantities[] = {{"error_rad", "error, deg", "#1f4e9c"},
+                                    {"rate_rad_s", "rate, deg/s", "#2e7d32"},
+                                    {"switching_function_rad", "s, deg", "#6a1b9a"}};
 constexpr double kDegPerRad = 180 / std::numbers::pi;
-constexpr Panel kPanels[] = {{"error_rad", "error, deg", kDegPerRad, "lines lw 2", "#1f4e9c"},
-                             {"rate_rad_s", "rate, deg/s", kDegPerRad, "lines lw 2", "#2e7d32"},
-                             {"switching_function_rad", "s, deg", kDegPerRad, "lines lw 2", "#6a1b9a"},
-                             {"torque_N_m", "torque, N m", 1, "steps lw 1", "#b71c1c"}};
+
+// A data block of gnuplot's and how it is drawn.
+struct Panel {
+  std::string name;
+  std::string label;
+  std::string points;
+  std::string style;
+};
 
 // In gnuplot's single quotes nothing is special but the quote itself.
 std::string quoted(const std::string& text) {
@@ -55,33 +62,63 @@ std::string terminal_for(const std::string& file) {
          " noenhanced font 'sans,11'\nset output " + quoted(file) + "\n";
 }
 
-std::string script(const json& series, const std::string& title, const std::string& file) {
+std::string in_full(double value) {
   std::ostringstream text;
   text.precision(12);
-  const auto& t_s = series.at("t_s");
-  const json& columns = series.at("columns");
-  text << terminal_for(file);
-  text << "set encoding utf8\nset grid\nunset key\n";
-  std::size_t panels = 0;
-  for (const Panel& panel : kPanels)
-    if (columns.contains(panel.channel)) {
-      text << "$" << panel.channel << " << EOD\n";
-      const json& values = columns.at(panel.channel);
-      for (std::size_t i = 0; i < t_s.size(); ++i)
-        text << t_s[i].get<double>() << ' ' << panel.factor * values[i].get<double>() << '\n';
-      text << "EOD\n";
-      ++panels;
-    }
-  text << "set multiplot layout " << panels << ",1 title " << quoted(title) << "\n";
-  for (const Panel& panel : kPanels)
-    if (columns.contains(panel.channel)) {
-      text << "set ylabel " << quoted(panel.label) << "\nset xlabel " << (--panels == 0 ? "'t, s'" : "''")
-           << "\n"
-           << "set autoscale y\nset offsets 0, 0, graph 0.05, graph 0.05\nplot $" << panel.channel << " with "
-           << panel.style << " lc rgb '" << panel.color << "'\n";
-    }
-  text << "unset multiplot\n";
+  text << value;
   return text.str();
+}
+
+std::vector<Panel> quantity_panels(const json& series) {
+  std::vector<Panel> panels;
+  const json& t_s = series.at("t_s");
+  for (const Quantity& quantity : kQuantities) {
+    const auto column = series.at("columns").find(quantity.channel);
+    if (column == series.at("columns").end()) continue;
+    Panel panel{quantity.channel, quantity.label, "",
+                "lines lw 2 lc rgb '" + std::string(quantity.color) + "'"};
+    for (std::size_t i = 0; i < t_s.size(); ++i)
+      panel.points += in_full(t_s[i]) + ' ' + in_full(kDegPerRad * column->at(i).get<double>()) + '\n';
+    panels.push_back(std::move(panel));
+  }
+  return panels;
+}
+
+// The modes of one event channel, from the first to the last that the result tells, or to the end.
+Panel firing_panel(const json& events, const std::string& channel, double end_s) {
+  Panel panel{channel, channel, "0 0\n", "steps lw 1 lc rgb '#b71c1c'"};
+  int mode = 0;
+  for (const json& event : events.at("list")) {
+    if (event.at("channel") != channel) continue;
+    mode = event.at("mode");
+    panel.points += in_full(event.at("t_s")) + ' ' + std::to_string(mode) + '\n';
+  }
+  if (events.at("reported") == events.at("total"))
+    panel.points += in_full(end_s) + ' ' + std::to_string(mode) + '\n';
+  else
+    panel.label += ", first " + std::to_string(events.at("reported").get<long>()) + " of " +
+                   std::to_string(events.at("total").get<long>());
+  return panel;
+}
+
+std::string script(const json& result, const json& series, const std::string& title,
+                   const std::string& file) {
+  const double end_s = series.at("t_s").back();
+  std::vector<Panel> panels = quantity_panels(series);
+  for (const json& channel : result.at("events").at("channels"))
+    if (channel.get<std::string>().starts_with("thruster"))
+      panels.push_back(firing_panel(result.at("events"), channel, end_s));
+
+  std::string text = terminal_for(file) + "set encoding utf8\nset grid\nunset key\n";
+  for (const Panel& panel : panels) text += "$" + panel.name + " << EOD\n" + panel.points + "EOD\n";
+  text += "set lmargin 10\nset rmargin 3\nset xrange [0:" + in_full(end_s) + "]\n";
+  text += "set autoscale y\nset offsets 0, 0, graph 0.05, graph 0.05\n";
+  text += "set multiplot layout " + std::to_string(panels.size()) + ",1 title " + quoted(title) + "\n";
+  for (const Panel& panel : panels)
+    text += "set ylabel " + quoted(panel.label) + "\nset xlabel " +
+            (&panel == &panels.back() ? "'t, s'" : "''") + "\nplot $" + panel.name + " with " + panel.style +
+            "\n";
+  return text + "unset multiplot\n";
 }
 
 // Starts gnuplot without a shell and feeds it the script.
@@ -115,10 +152,10 @@ void check_picture_name(const std::string& file) {
                "a picture's name ends in .png or .svg (or is - for the terminal), not \"" + file + "\""};
 }
 
-void draw_series(const json& series, const std::string& title, const std::string& file) {
+void draw_run(const json& result, const json& series, const std::string& title, const std::string& file) {
   check_picture_name(file);
   if (series.at("t_s").size() < 2) throw Stop{kRunFailed, "there are not enough samples to draw"};
-  const int code = gnuplot(script(series, title, file));
+  const int code = gnuplot(script(result, series, title, file));
   if (code == 127) throw Stop{kRunFailed, "gnuplot is not installed (deploy/install-packages)"};
   if (code != 0) throw Stop{kRunFailed, "gnuplot could not draw " + file};
 }

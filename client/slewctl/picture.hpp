@@ -1,4 +1,4 @@
-// Pictures of a series, drawn by gnuplot.
+// Pictures of a run, drawn by gnuplot.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -6,9 +6,11 @@
 
 namespace slew::ctl {
 
-/// Draws angle, rate, switching function and torque over time. `file` ends in .png or .svg; "-" draws in the
-/// terminal. `series` is the answer to a series query. Throws Stop with a sentence.
-void draw_series(const nlohmann::json& series, const std::string& title, const std::string& file);
+/// Draws error, rate and switching function over time from `series` (the answer to a series query), and the
+/// firings from the exact times of `result`'s events: samples would alias them. `file` ends in .png or .svg;
+/// "-" draws in the terminal. Throws Stop with a sentence.
+void draw_run(const nlohmann::json& result, const nlohmann::json& series, const std::string& title,
+              const std::string& file);
 
 /// Throws Stop unless the file's name ends in something that can be drawn.
 void check_picture_name(const std::string& file);

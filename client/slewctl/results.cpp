@@ -25,7 +25,7 @@ std::string local_time(std::int64_t unix_ns) {
   return text;
 }
 
-// Experiments begin with the time they were made at, so their first digits differ late; twelve are enough.
+// Experiments begin with the time they were made at, so their first digits differ late; sixteen are enough.
 std::string short_id(const std::string& id) {
   return id.substr(0, 16);
 }

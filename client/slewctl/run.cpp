@@ -51,7 +51,7 @@ void draw(client::Session& session, const Options& options, const json& result) 
   const json series = ask(session, "series", {{"id", result.at("experiment_id")}, {"max_samples", 4000}});
   std::string title = result.at("provenance").at("preset").get<std::string>();
   if (title.empty()) title = "experiment " + result.at("experiment_id").get<std::string>();
-  draw_series(series, title, options.output);
+  draw_run(result, series, title, options.output);
 }
 
 }  // namespace
