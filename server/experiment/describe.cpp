@@ -88,7 +88,7 @@ json describe(const Prepared& prepared) {
           {"predictions", predictions(spec)},
           {"size", size(spec)},
           {"warnings", prepared.warnings},
-          {"request", prepared.resolved}};
+          {"request", json::parse(prepared.resolved)}};
 }
 
 }  // namespace slew

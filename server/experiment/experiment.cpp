@@ -9,6 +9,8 @@
 #include "server/experiment/physics.hpp"
 #include "server/experiment/preset.hpp"
 #include "server/experiment/schema.hpp"
+#include "server/experiment/wall_time.hpp"
+#include "server/simulation/ballast.hpp"
 
 namespace slew {
 namespace {
@@ -157,7 +159,13 @@ TimingSpecification specify_timing(const json& timing) {
     spec.mode = TimingMode::scaled;
     spec.rate = timing.at("rate");
   }
-  if (timing.at("start") == "held") spec.start = TimingStart::held;
+  const auto& start = timing.at("start").get_ref<const std::string&>();
+  if (start == "held") spec.start = TimingStart::held;
+  if (const auto unix_ns = parse_utc(start)) {
+    spec.start = TimingStart::wall_time;
+    spec.start_unix_ns = *unix_ns;
+  }
+  spec.expires_s = optional_number(timing, "expires_s");
   spec.run_again_after_restart = timing.at("after_restart") == "run_again";
   return spec;
 }
@@ -216,15 +224,20 @@ std::variant<Prepared, Rejection> prepare(std::string_view request_text) {
   prepared.duration_s = prepared.system.duration_s;
   prepared.seed = resolved.at("simulation").at("seed");
   prepared.verify = resolved.at("simulation").at("verify");
+  prepared.ballast_operations_per_step = resolved.at("simulation").at("ballast_operations_per_step");
   prepared.timing = specify_timing(resolved.at("timing"));
   prepared.telemetry = {resolved.at("telemetry").at("sample_period_s"),
-                        resolved.at("telemetry").at("publish_max_hz")};
-  prepared.resolved = std::move(resolved);
+                        resolved.at("telemetry").at("publish_max_hz"),
+                        resolved.at("telemetry").at("lossless")};
+  prepared.resolved = resolved.dump();
   return prepared;
 }
 
 std::unique_ptr<Run> make_run(const Prepared& prepared) {
-  return make_single_axis_run(prepared.system);
+  auto run = make_single_axis_run(prepared.system);
+  return prepared.ballast_operations_per_step == 0
+             ? std::move(run)
+             : with_ballast(std::move(run), prepared.ballast_operations_per_step);
 }
 
 std::unique_ptr<Run> make_verification(const Prepared& prepared) {

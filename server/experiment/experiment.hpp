@@ -18,23 +18,26 @@ namespace slew {
 enum class TimingMode { as_fast_as_possible, real_time, scaled };
 std::string timing_mode_name(TimingMode mode);
 
-enum class TimingStart { now, held };
+enum class TimingStart { now, held, wall_time };
 
 struct TimingSpecification {
   TimingMode mode = TimingMode::as_fast_as_possible;
   double rate = 1;  ///< simulated per wall second
   TimingStart start = TimingStart::now;
+  std::int64_t start_unix_ns = 0;   ///< with TimingStart::wall_time
+  std::optional<double> expires_s;  ///< after acceptance; not begun by then, never begun
   bool run_again_after_restart = false;
 };
 
 struct TelemetrySpecification {
   double sample_period_s = 0;  ///< simulated
   double publish_max_hz = 0;   ///< wall
+  bool lossless = false;       ///< every sample, as fast as its readers acknowledge
 };
 
 /// A request that may be flown. Immutable; any number of runs can be made from it.
 struct Prepared {
-  nlohmann::json resolved;  ///< the complete request: preset, overrides and defaults in one
+  std::string resolved;  ///< the complete request as JSON text: preset, overrides and defaults in one
   std::string preset;
   std::string label;
   std::vector<std::string> warnings;
@@ -43,6 +46,7 @@ struct Prepared {
   TimingSpecification timing;
   TelemetrySpecification telemetry;
   bool verify = false;
+  std::uint64_t ballast_operations_per_step = 0;
   SingleAxisSpecification system;
 };
 

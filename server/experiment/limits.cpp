@@ -20,6 +20,8 @@ const Limits& limits() {
                   .max_steps = number("max_steps"),
                   .max_archived_rows = number("max_archived_rows"),
                   .max_queued_experiments = count("max_queued_experiments"),
+                  .max_paced_load = number("max_paced_load"),
+                  .lossless_patience_s = number("lossless_patience_s"),
                   .retained_experiments = count("retained_experiments"),
                   .retention_s = number("retention_s"),
                   .max_rate = schema.at("definitions").at("rate").at("maximum").get<double>()};

@@ -13,6 +13,8 @@ struct Limits {
   double max_steps;
   double max_archived_rows;
   std::size_t max_queued_experiments;
+  double max_paced_load;
+  double lossless_patience_s;
   std::size_t retained_experiments;
   double retention_s;
   double max_rate;

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "server/experiment/limits.hpp"
+#include "server/experiment/wall_time.hpp"
 
 namespace slew {
 namespace {
@@ -86,6 +87,12 @@ std::vector<Violation> physics_violations(const json& request,
   if (fields.has("/timing/mode") && !fields.says("/timing/mode", "scaled") && fields.has("/timing/rate"))
     violate("/timing/rate", "only a scaled run has a rate of its own", shortened(*fields.at("/timing/rate")),
             "left out, or timing.mode \"scaled\"");
+  if (const json* start = fields.at("/timing/start"); start && start->is_string()) {
+    const auto& when = start->get_ref<const std::string&>();
+    if (when != "now" && when != "held" && !parse_utc(when))
+      violate("/timing/start", "this is no time to start at", shortened(*start),
+              "\"now\", \"held\", or a time in UTC such as \"2026-11-24T12:00:00Z\"");
+  }
   if (!duration_s) return violations;
 
   // What is legal by itself may be too much together.

@@ -159,7 +159,7 @@ json result_document(const ResultHeading& heading, const Prepared& prepared, con
           {"provenance",
            {{"version", SLEW_VERSION},
             {"preset", prepared.preset},
-            {"request", prepared.resolved},
+            {"request", json::parse(prepared.resolved)},
             {"seed", prepared.seed},
             {"propagator", propagator_document(report.propagator)},
             {"platform", platform()},

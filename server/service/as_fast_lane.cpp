@@ -1,5 +1,8 @@
 #include "server/service/as_fast_lane.hpp"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -10,6 +13,7 @@ namespace {
 
 constexpr auto kSlice = std::chrono::milliseconds(1);
 constexpr std::size_t kUnderWayPerClient = 8;
+constexpr int kNice = 5;
 
 }  // namespace
 
@@ -18,6 +22,8 @@ AsFastLane::AsFastLane(std::size_t workers, NextStage& next, std::function<bool(
   for (std::size_t i = 0; i < workers; ++i)
     workers_.emplace_back([this, i] {
       name_this_thread("worker-" + std::to_string(i));
+      // Intake, publisher and DDS come first; this work takes what is left.
+      setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
       work();
     });
 }
@@ -43,6 +49,22 @@ void AsFastLane::submit(FlightPointer flight) {
   wake_.notify_one();
 }
 
+void AsFastLane::expedite(const FlightPointer& flight) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto share = shares_.find(flight->entry().client_id);
+    if (share == shares_.end()) return;
+    auto& waiting = share->second.waiting;
+    const auto place = std::find(waiting.begin(), waiting.end(), flight);
+    if (place == waiting.end()) return;
+    waiting.erase(place);
+    if (waiting.empty() && share->second.begun.empty())
+      turns_.erase(std::find(turns_.begin(), turns_.end(), flight->entry().client_id));
+    called_off_.push_back(flight);
+  }
+  wake_.notify_one();
+}
+
 void AsFastLane::recheck() {
   { const std::lock_guard lock(mutex_); }  // a worker that has just asked is waiting now
   wake_.notify_all();
@@ -64,6 +86,12 @@ std::size_t AsFastLane::under_way() const {
 
 // The next flight of the next client that has one to fly; null when there is none at the moment.
 FlightPointer AsFastLane::take_turn() {
+  if (!called_off_.empty()) {
+    FlightPointer flight = std::move(called_off_.front());
+    called_off_.pop_front();
+    ++shares_[flight->entry().client_id].in_slice;
+    return flight;
+  }
   const bool may_start = may_start_();
   for (std::size_t looked_at = turns_.size(); looked_at > 0; --looked_at) {
     const std::string client = std::move(turns_.front());

@@ -25,6 +25,8 @@ class AsFastLane {
 
   /// A new flight, or one whose parking has ended.
   void submit(FlightPointer flight);
+  /// One that waits and was called off: its turn is now.
+  void expedite(const FlightPointer& flight);
   /// Looks again whether new flights may start.
   void recheck();
 
@@ -47,6 +49,7 @@ class AsFastLane {
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::map<std::string, Share> shares_;
+  std::deque<FlightPointer> called_off_;
   std::deque<std::string> turns_;  ///< clients with something to do, next first
   bool stopping_ = false;
   std::vector<std::thread> workers_;

@@ -95,6 +95,9 @@ JournalEntry Finisher::write_up(const FlightPointer& flight) {
   entry.t_sim_s = flight->t_sim_s();
 
   std::vector<std::string> warnings;
+  if (flight->prepared().telemetry.lossless && !flight->is_lossless())
+    warnings.push_back(
+        "a reader of the lossless telemetry did not acknowledge in time; the stream went on without it");
   if (flight->has_run() && flight->samples().rows() > 0) {
     try {
       archive_.write(entry.experiment_id, flight->run().channels(), flight->samples());

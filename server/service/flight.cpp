@@ -7,7 +7,12 @@
 namespace slew::service {
 namespace {
 
-constexpr std::size_t kRingBytes = std::size_t{32} << 10;
+// Room for a publisher that is held up for half a second, and for one burst of an as-fast run.
+constexpr double kRingWall_s = 0.5;
+constexpr std::size_t kSmallestRing_rows = 128;
+constexpr std::size_t kLargestRing_bytes = std::size_t{32} << 10;
+// So much wall time has to be flown before measured cost replaces the trial's.
+constexpr double kCostWall_s = 1;
 // Between two looks at the wall clock: about 100 us of a cheap plant.
 constexpr std::int64_t kStepsPerLook = 1000;
 
@@ -17,7 +22,10 @@ constexpr std::int64_t kStepsPerLook = 1000;
 // `publish_max_hz` a wall second, the first and the last among them.
 class Flight::Sink final : public SampleSink {
  public:
-  explicit Sink(Flight& flight) : flight_(flight), hz_(flight.prepared_.telemetry.publish_max_hz) {
+  explicit Sink(Flight& flight)
+      : flight_(flight),
+        is_lossless_(flight.prepared_.telemetry.lossless),
+        hz_(flight.prepared_.telemetry.publish_max_hz) {
     last_.resize(flight.ring_->width() + 1);
   }
 
@@ -31,6 +39,7 @@ class Flight::Sink final : public SampleSink {
   void sample(double t_s, std::span<const double> state, std::span<const double> thrusters) override {
     flight_.store_->push(t_s, state, thrusters);
     flight_.sampled_.fetch_add(1, std::memory_order_relaxed);
+    if (is_lossless_) return flight_.ring_->push(t_s, state, thrusters);
     if (hz_ <= 0) return;
     if (is_due(t_s)) {
       flight_.ring_->push(t_s, state, thrusters);
@@ -71,6 +80,7 @@ class Flight::Sink final : public SampleSink {
   }
 
   Flight& flight_;
+  const bool is_lossless_;
   const double hz_;
   double credit_ = 1;
   Monotonic::time_point slice_began_ = Monotonic::now();
@@ -85,7 +95,8 @@ Flight::Flight(JournalEntry entry, Prepared prepared)
     : entry_(std::move(entry)), prepared_(std::move(prepared)) {
   if (is_paced()) rate_ = prepared_.timing.rate;
   anchor_.rate = prepared_.timing.rate;
-  paused_ = prepared_.timing.start == TimingStart::held;
+  paused_ = prepared_.timing.start != TimingStart::now;
+  is_lossless_ = prepared_.telemetry.lossless;
 }
 
 Flight::~Flight() = default;
@@ -108,9 +119,11 @@ bool Flight::wish(const Wishes& wishes) {
   const std::lock_guard lock(mutex_);
   wishes_.cancel |= wishes.cancel;
   wishes_.interrupt |= wishes.interrupt;
+  wishes_.expire |= wishes.expire;
   if (wishes.pause) {
     wishes_.pause = wishes.pause;
     wishes_.step_s.reset();
+    wishes_.start_unix_ns = wishes.start_unix_ns;
   }
   if (wishes.step_s) {
     wishes_.step_s = wishes.step_s;
@@ -118,6 +131,7 @@ bool Flight::wish(const Wishes& wishes) {
   }
   if (wishes.rate) wishes_.rate = wishes.rate;
   has_wishes_.store(true, std::memory_order_release);
+  awaits_room_ = false;
   return std::exchange(parked_, false);
 }
 
@@ -125,7 +139,10 @@ SliceEnd Flight::begin() try {
   if (run_) return SliceEnd::goes_on;
   run_ = make_run(prepared_);
   const std::size_t width = run_->channels().state.size() + run_->channels().thrusters.size();
-  ring_ = std::make_unique<SampleRing>(width, kRingBytes);
+  const auto rows = static_cast<std::size_t>(prepared_.telemetry.publish_max_hz * kRingWall_s);
+  const std::size_t needed = std::max(kSmallestRing_rows, rows) * (width + 1) * sizeof(double);
+  ring_ = std::make_unique<SampleRing>(
+      width, is_lossless() ? kLargestRing_bytes : std::min(needed, kLargestRing_bytes));
   store_ = std::make_unique<SampleStore>(width);
   sink_ = std::make_unique<Sink>(*this);
   return SliceEnd::goes_on;
@@ -134,8 +151,13 @@ SliceEnd Flight::begin() try {
   return SliceEnd::over;
 }
 
-void Flight::anchor_now() {
+void Flight::anchor_now(std::optional<std::int64_t> start_unix_ns) {
   anchor_.wall = Monotonic::now();
+  if (start_unix_ns) {
+    // A start that is told too late, by a clock that was set or a server that was away, is a start now.
+    const std::int64_t late_ns = unix_ns() - *start_unix_ns;
+    if (std::abs(late_ns) < 1'000'000'000) anchor_.wall -= std::chrono::nanoseconds(late_ns);
+  }
   anchor_.sim_s = run_->t_s();
   ++anchor_.version;
 }
@@ -157,13 +179,21 @@ SliceEnd Flight::follow_wishes() {
       end(slew_v1_INTERRUPTED);
       return SliceEnd::over;
     }
+    if (wishes.expire && started_unix_ns_ == 0) {
+      end(slew_v1_EXPIRED);
+      return SliceEnd::over;
+    }
     if (wishes.rate) {
+      // The measure starts again; until there is one, cost follows the rate.
+      load_ = load() * *wishes.rate / anchor_.rate;
+      cost_processor_s_ = cost_wall_s_ = 0;
       anchor_.rate = *wishes.rate;
       rate_ = *wishes.rate;
       if (anchor_.version > 0) anchor_now();
     }
     if (wishes.pause) {
       paused_ = *wishes.pause;
+      start_unix_ns_ = wishes.start_unix_ns;
       step_until_s_.reset();
     }
     if (wishes.step_s) {
@@ -180,7 +210,7 @@ bool Flight::rest_or_run() {
   if (!paused_) {
     if (phase() != slew_v1_RUNNING) {
       enter(slew_v1_RUNNING);
-      anchor_now();
+      anchor_now(std::exchange(start_unix_ns_, {}));
     }
     return true;
   }
@@ -192,9 +222,40 @@ bool Flight::rest_or_run() {
   return false;
 }
 
+bool Flight::is_called_off() {
+  const std::lock_guard lock(mutex_);
+  if (!wishes_.cancel && !wishes_.interrupt && !wishes_.expire) return false;
+  end(wishes_.cancel ? slew_v1_CANCELLED : wishes_.interrupt ? slew_v1_INTERRUPTED : slew_v1_EXPIRED);
+  return true;
+}
+
+// A lossless flight goes no further than its ring has room for. Returns false when it is parked now.
+bool Flight::await_room() {
+  const auto has_room = [this] { return ring_->free() > ring_->capacity() / 4; };
+  if (has_room()) return true;
+  const std::lock_guard lock(mutex_);
+  if (has_room() || has_wishes_.load(std::memory_order_relaxed)) return true;
+  awaits_room_ = parked_ = true;
+  return false;
+}
+
+bool Flight::room_made() {
+  const std::lock_guard lock(mutex_);
+  if (!awaits_room_ || ring_->free() <= ring_->capacity() / 4) return false;
+  awaits_room_ = false;
+  return std::exchange(parked_, false);
+}
+
 SliceEnd Flight::fly(double until_s, Monotonic::time_point yield_at) try {
   if (verification_run_) return verify(yield_at);
 
+  if (prepared_.telemetry.lossless) {
+    if (!await_room()) return SliceEnd::parked;
+    const std::size_t room = ring_->free();
+    if (room < 4) return SliceEnd::goes_on;
+    until_s =
+        std::min(until_s, run_->t_s() + static_cast<double>(room - 3) * prepared_.telemetry.sample_period_s);
+  }
   sink_->begin_slice(Monotonic::now());
   if (step_until_s_) until_s = std::min(until_s, *step_until_s_);
   RunStatus status = RunStatus::running;
@@ -250,6 +311,12 @@ void Flight::record_slice(double lateness_s, bool missed, bool overslept) {
   if (missed) (overslept ? oversleeps_ : overruns_).fetch_add(1, std::memory_order_relaxed);
 }
 
+void Flight::record_cost(double processor_s, double wall_s) {
+  cost_processor_s_ += processor_s;
+  cost_wall_s_ += wall_s;
+  if (cost_wall_s_ >= kCostWall_s) load_.store(cost_processor_s_ / cost_wall_s_, std::memory_order_relaxed);
+}
+
 void Flight::end(wire::Phase phase, RunFailure failure) {
   ending_ = phase;
   failure_ = std::move(failure);
@@ -257,6 +324,7 @@ void Flight::end(wire::Phase phase, RunFailure failure) {
 
 SliceEnd begin_slice(const FlightPointer& flight, NextStage& next) {
   if (!flight->has_run()) {
+    if (flight->is_called_off()) return SliceEnd::over;
     const SliceEnd end = flight->begin();
     if (end != SliceEnd::goes_on) return end;
     next.begun(flight);

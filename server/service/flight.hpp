@@ -25,15 +25,18 @@ namespace slew::service {
 struct Wishes {
   bool cancel = false;
   bool interrupt = false;        ///< the server is going down
+  bool expire = false;           ///< too late to begin; one that has begun does not mind
   std::optional<bool> pause;     ///< true: pause, false: resume
   std::optional<double> step_s;  ///< fly on for so much simulated time, then pause
   std::optional<double> rate;    ///< simulated per wall second
+  /// With a resume: the wall time it was meant for, so that samples lie where they were ordered.
+  std::optional<std::int64_t> start_unix_ns;
 };
 
 /// What a lane has to do with a flight after a slice.
 enum class SliceEnd {
   goes_on,
-  parked,  ///< paused or held: nothing to do until a wish arrives
+  parked,  ///< paused, held or without room in the ring: nothing to do until it is handed in again
   over,    ///< finished, failed or cancelled
 };
 
@@ -66,6 +69,11 @@ class Flight {
 
   /// Enters a phase and notes it for the publisher.
   void enter(wire::Phase phase);
+  /// The share of a pacer's time it needs, from a trial before it was admitted; once it has flown for a
+  /// while, what it did need.
+  double load() const { return load_.load(std::memory_order_relaxed); }
+  void set_trial_load(double load) { load_.store(load, std::memory_order_relaxed); }
+
   /// Takes the phase changes noted since the last call.
   std::vector<PhaseChange> take_phase_changes();
 
@@ -73,6 +81,8 @@ class Flight {
   bool wish(const Wishes& wishes);
 
   // ---- the lane that flies it -----------------------------------------------------------------------------
+  /// Whether a wish ends it before it has begun.
+  bool is_called_off();
   /// Makes the run, its ring and its store, unless they are there.
   SliceEnd begin();
   bool has_run() const { return run_ != nullptr; }
@@ -91,6 +101,8 @@ class Flight {
   /// How late a slice's samples were in the ring. A slice that missed the next one's deadline counts as the
   /// timer's fault (oversleep) or the model's (overrun).
   void record_slice(double lateness_s, bool missed, bool overslept);
+  /// What a slice that covers so much wall time took of the pacer's.
+  void record_cost(double processor_s, double wall_s);
   /// Ends it without flying on; the phase is announced once it is archived.
   void end(wire::Phase phase, RunFailure failure = {});
 
@@ -101,6 +113,12 @@ class Flight {
   wire::Phase ending() const { return ending_; }
   const RunFailure& failure() const { return failure_; }
   const std::optional<Verification>& verification() const { return verification_; }
+  /// Rows were taken out of the ring. True when the flight was parked for want of room and must be handed to
+  /// its lane again.
+  bool room_made();
+  /// A reader did not acknowledge for too long; the stream goes on without it.
+  void give_up_lossless() { is_lossless_ = false; }
+  bool is_lossless() const { return is_lossless_.load(std::memory_order_relaxed); }
   /// Frees run and samples: only what status queries need stays.
   void shed();
 
@@ -108,13 +126,15 @@ class Flight {
   std::atomic<std::uint64_t> dropped{0};
   std::uint64_t next_seq = 0;           ///< publisher's
   std::uint32_t next_event = 0;         ///< publisher's
+  std::size_t unacknowledged = 0;       ///< batches; the lossless stream's
   Monotonic::time_point next_status{};  ///< publisher's
 
  private:
   class Sink;
   bool rest_or_run();
+  bool await_room();
   SliceEnd verify(Monotonic::time_point yield_at);
-  void anchor_now();
+  void anchor_now(std::optional<std::int64_t> start_unix_ns = {});
 
   JournalEntry entry_;
   Prepared prepared_;
@@ -133,17 +153,23 @@ class Flight {
   std::atomic<std::int64_t> ended_unix_ns_{0};
   std::atomic<std::uint64_t> overruns_{0};
   std::atomic<std::uint64_t> oversleeps_{0};
+  std::atomic<double> load_{0};
+  std::atomic<bool> is_lossless_{false};
   Lateness lateness_;
 
   std::mutex mutex_;
   std::vector<PhaseChange> phase_changes_;
   Wishes wishes_;
   std::atomic<bool> has_wishes_{false};
-  bool parked_ = false;  ///< behind mutex_
+  bool parked_ = false;       ///< behind mutex_
+  bool awaits_room_ = false;  ///< behind mutex_
 
   // the lane's own
   Anchor anchor_;
   bool paused_ = false;
+  std::optional<std::int64_t> start_unix_ns_;
+  double cost_processor_s_ = 0;  ///< since the rate changed
+  double cost_wall_s_ = 0;
   std::optional<double> step_until_s_;
   wire::Phase ending_ = slew_v1_COMPLETED;
   RunFailure failure_;

@@ -38,14 +38,14 @@ std::string code_of(wire::Phase phase) {
 }  // namespace
 
 Intake::Intake(const wire::Domain& domain, Registry& registry, Journal& journal,
-               const std::filesystem::path& journal_file, Replies& replies,
-               std::function<void(FlightPointer)> launch, std::function<void(FlightPointer)> relaunch)
+               const std::filesystem::path& journal_file, Admission& admission, Replies& replies,
+               Outlets outlets)
     : registry_(registry),
       journal_(journal),
       known_(journal_file),
+      admission_(admission),
       replies_(replies),
-      launch_(std::move(launch)),
-      relaunch_(std::move(relaunch)),
+      outlets_(std::move(outlets)),
       request_(domain),
       control_(domain),
       waitset_(domain) {
@@ -108,6 +108,16 @@ bool Intake::answer_again(const wire::Id& request_id, const std::string& fingerp
   return true;
 }
 
+std::optional<Saying> Intake::no_room_for(const Prepared& prepared, double load) const {
+  const std::size_t most = limits().max_queued_experiments;
+  if (registry_.alive_count() >= most)
+    return Saying{"busy", "the server holds " + std::to_string(most) +
+                              " experiments that have not ended, and takes no more; try later"};
+  if (prepared.timing.mode == TimingMode::as_fast_as_possible) return std::nullopt;
+  if (const auto why = admission_.refusal(load)) return Saying{"busy", *why};
+  return std::nullopt;
+}
+
 void Intake::on_request(const slew_v1_Request& request) {
   const auto request_id = wire::Id::from(request.request_id);
   if (request_id.is_zero()) {
@@ -127,12 +137,17 @@ void Intake::on_request(const slew_v1_Request& request) {
     reject(request_id, {"draining", "the server is shutting down; try again when it is back"});
     return;
   }
-  const std::size_t most = limits().max_queued_experiments;
-  if (registry_.alive_count() >= most) {
-    reject(request_id, {"busy", "the server holds " + std::to_string(most) +
-                                    " experiments that have not ended, and takes no more; try later"});
+  if (prepared->timing.start == TimingStart::wall_time && prepared->timing.start_unix_ns < unix_ns()) {
+    reject(request_id,
+           {"invalid",
+            "the request was refused: the time to start at has passed (/timing/start)",
+            {{"/timing/start", "the time to start at has passed",
+              nlohmann::json::parse(prepared->resolved).at("timing").at("start").dump(), "a time to come"}}});
     return;
   }
+  const bool is_paced = prepared->timing.mode != TimingMode::as_fast_as_possible;
+  const double load = is_paced ? Admission::trial_load(*prepared) : 0;
+  if (const auto saying = no_room_for(*prepared, load)) return reject(request_id, *saying);
 
   JournalEntry entry;
   entry.experiment_id = wire::Id::make();
@@ -148,6 +163,8 @@ void Intake::on_request(const slew_v1_Request& request) {
   entry.accepted_unix_ns = unix_ns();
   std::vector<std::string> warnings = prepared->warnings;
   const auto flight = std::make_shared<Flight>(entry, std::move(*prepared));
+  flight->set_trial_load(load);
+  if (is_paced) admission_.admit(flight);
   registry_.add(flight);
   journal_.accept(std::move(entry), [this, flight, warnings](const std::string& error) {
     const JournalEntry& accepted = flight->entry();
@@ -165,7 +182,7 @@ void Intake::on_request(const slew_v1_Request& request) {
                  accepted.client_id);
     replies_.write(accepted.request_id, accepted.experiment_id, slew_v1_ACCEPTED,
                    {"ok", "accepted", {}, warnings});
-    launch_(flight);
+    outlets_.launch(flight);
   });
 }
 
@@ -208,10 +225,15 @@ void Intake::on_control(const slew_v1_Control& control) {
       if (!flight->is_paced()) return not_possible("only a paced experiment has a rate");
       if (!is_positive || control.value > limits().max_rate)
         return not_possible("the rate must be positive and within the limits");
+      if (const auto why = admission_.refusal(flight->load() * (control.value / flight->rate() - 1));
+          why && control.value > flight->rate()) {
+        replies_.write_control(request_id, experiment_id, flight->phase(), {"busy", *why});
+        return;
+      }
       wishes.rate = control.value;
       break;
   }
-  if (flight->wish(wishes)) relaunch_(flight);
+  outlets_.wish(flight, wishes);
   spdlog::info("[{}] control {} by {}", experiment_id.hex(), static_cast<int>(control.action),
                printable(wire::view(control.client_id)));
   replies_.write_control(request_id, experiment_id, flight->phase(), {"ok", "passed on"});

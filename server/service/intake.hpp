@@ -10,6 +10,7 @@
 
 #include "idl/wire/reader.hpp"
 #include "idl/wire/waitset.hpp"
+#include "server/service/admission.hpp"
 #include "server/service/journal.hpp"
 #include "server/service/registry.hpp"
 #include "server/service/replies.hpp"
@@ -18,11 +19,14 @@ namespace slew::service {
 
 class Intake {
  public:
-  /// `launch` gets every flight whose acceptance is durable, from the journal's thread; `relaunch` every
-  /// parked one that has something to do again.
+  /// What becomes of what it takes in. `launch` gets every flight whose acceptance is durable, from the
+  /// journal's thread; `wish` what a control asks of one.
+  struct Outlets {
+    std::function<void(const FlightPointer&)> launch;
+    std::function<void(const FlightPointer&, const Wishes&)> wish;
+  };
   Intake(const wire::Domain& domain, Registry& registry, Journal& journal,
-         const std::filesystem::path& journal_file, Replies& replies,
-         std::function<void(FlightPointer)> launch, std::function<void(FlightPointer)> relaunch);
+         const std::filesystem::path& journal_file, Admission& admission, Replies& replies, Outlets outlets);
   ~Intake();
 
   /// From now on requests are refused with `draining`.
@@ -37,14 +41,15 @@ class Intake {
   void on_request(const slew_v1_Request& request);
   void on_control(const slew_v1_Control& control);
   bool answer_again(const wire::Id& request_id, const std::string& fingerprint);
+  std::optional<Saying> no_room_for(const Prepared& prepared, double load) const;
   void reject(const wire::Id& request_id, const Saying& saying);
 
   Registry& registry_;
   Journal& journal_;
   JournalReader known_;
+  Admission& admission_;
   Replies& replies_;
-  const std::function<void(FlightPointer)> launch_;
-  const std::function<void(FlightPointer)> relaunch_;
+  const Outlets outlets_;
   wire::Reader<slew_v1_Request> request_;
   wire::Reader<slew_v1_Control> control_;
   wire::Waitset waitset_;

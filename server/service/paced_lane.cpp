@@ -3,8 +3,11 @@
 #include <pthread.h>
 #include <sys/prctl.h>
 
+#include <time.h>
+
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "server/service/thread_name.hpp"
 
@@ -15,10 +18,14 @@ constexpr double kShortestSlice_s = 1e-3;
 constexpr double kLongestSlice_s = 50e-3;
 constexpr int kPriority = 20;
 
-// Slices as often as there are samples, within reason.
-double slice_period_s(const Flight& flight) {
-  return std::clamp(flight.prepared().telemetry.sample_period_s / flight.anchor().rate, kShortestSlice_s,
-                    kLongestSlice_s);
+double slice_period_of(const Flight& flight) {
+  return PacedLane::slice_period_s(flight.prepared().telemetry.sample_period_s, flight.anchor().rate);
+}
+
+double thread_processor_s() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
 bool take_realtime_policy() {
@@ -41,6 +48,10 @@ PacedLane::PacedLane(std::size_t pacers, NextStage& next) : next_(next) {
     });
 }
 
+double PacedLane::slice_period_s(double sample_period_s, double rate) {
+  return std::clamp(sample_period_s / rate, kShortestSlice_s, kLongestSlice_s);
+}
+
 PacedLane::~PacedLane() {
   stopping_ = true;
   for (auto& pacer : pacers_) {
@@ -51,35 +62,48 @@ PacedLane::~PacedLane() {
 }
 
 void PacedLane::submit(FlightPointer flight) {
-  // To the pacer with the fewest flights.
-  Pacer* emptiest = nullptr;
-  std::size_t fewest = SIZE_MAX;
+  // To the pacer with the least to do.
+  Pacer* idlest = nullptr;
+  double least = std::numeric_limits<double>::infinity();
   for (auto& pacer : pacers_) {
     const std::lock_guard lock(pacer->mutex);
-    if (pacer->heap.size() < fewest) {
-      fewest = pacer->heap.size();
-      emptiest = pacer.get();
+    double load = pacer->in_slice_load;
+    for (const Appointment& appointment : pacer->heap) load += appointment.flight->load();
+    if (load < least) {
+      least = load;
+      idlest = pacer.get();
     }
   }
   {
-    const std::lock_guard lock(emptiest->mutex);
-    emptiest->heap.push_back({Monotonic::now(), 0, flight->anchor().version, std::move(flight)});
-    std::push_heap(emptiest->heap.begin(), emptiest->heap.end(), std::greater<>());
+    const auto& anchor = flight->anchor();
+    Appointment appointment{Monotonic::now(), 0, anchor.version, nullptr};
+    // One that only waited for room owes what it did not fly meanwhile.
+    if (flight->phase() == slew_v1_RUNNING && flight->has_run()) {
+      const double period_s = slice_period_of(*flight);
+      const double flown = (flight->t_sim_s() - anchor.sim_s) / (anchor.rate * period_s);
+      appointment.slice = static_cast<std::uint64_t>(std::max(0.0, std::floor(flown))) + 1;
+      appointment.deadline = anchor.wall + from_seconds(static_cast<double>(appointment.slice) * period_s);
+    }
+    appointment.flight = std::move(flight);
+    const std::lock_guard lock(idlest->mutex);
+    idlest->heap.push_back(std::move(appointment));
+    std::push_heap(idlest->heap.begin(), idlest->heap.end(), std::greater<>());
   }
-  emptiest->wake.notify_one();
+  idlest->wake.notify_one();
 }
 
 std::size_t PacedLane::flying() const {
   std::size_t total = 0;
   for (const auto& pacer : pacers_) {
     const std::lock_guard lock(pacer->mutex);
-    total += pacer->heap.size() + (pacer->in_slice ? 1 : 0);
+    total += pacer->heap.size() + (pacer->is_in_slice ? 1 : 0);
   }
   return total;
 }
 
 void PacedLane::pace(Pacer& pacer) {
   std::unique_lock lock(pacer.mutex);
+  double accounted_s = thread_processor_s();
   while (!stopping_) {
     if (pacer.heap.empty()) {
       pacer.wake.wait(lock);
@@ -94,11 +118,16 @@ void PacedLane::pace(Pacer& pacer) {
     std::pop_heap(pacer.heap.begin(), pacer.heap.end(), std::greater<>());
     Appointment appointment = std::move(pacer.heap.back());
     pacer.heap.pop_back();
-    pacer.in_slice = true;
+    pacer.is_in_slice = true;
+    pacer.in_slice_load = appointment.flight->load();
     lock.unlock();
     const bool goes_on = keep(appointment, slept);
+    // What the thread spent since the last slice, waking and sorting included, was spent for this one.
+    const double spent_s = thread_processor_s() - std::exchange(accounted_s, thread_processor_s());
+    if (goes_on) appointment.flight->record_cost(spent_s, slice_period_of(*appointment.flight));
     lock.lock();
-    pacer.in_slice = false;
+    pacer.is_in_slice = false;
+    pacer.in_slice_load = 0;
     if (!goes_on) continue;
     pacer.heap.push_back(std::move(appointment));
     std::push_heap(pacer.heap.begin(), pacer.heap.end(), std::greater<>());
@@ -110,7 +139,7 @@ bool PacedLane::keep(Appointment& appointment, bool slept) {
   const auto woke = Monotonic::now();
   SliceEnd end = begin_slice(appointment.flight, next_);
   const auto& anchor = flight.anchor();
-  const double period_s = slice_period_s(flight);
+  const double period_s = slice_period_of(flight);
   const bool first = anchor.version != appointment.anchor_version;
   if (end == SliceEnd::goes_on) {
     // Due is the newest grid point that has passed: after an overrun the missed slices are flown as one.

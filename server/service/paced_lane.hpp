@@ -20,6 +20,9 @@ class PacedLane {
   /// A new flight, or one whose parking has ended.
   void submit(FlightPointer flight);
 
+  /// Slices come as often as there are samples, within reason.
+  static double slice_period_s(double sample_period_s, double rate);
+
   std::size_t flying() const;
   /// Whether all pacers run at SCHED_FIFO.
   bool realtime_policy() const { return realtime_policy_.load(std::memory_order_relaxed); }
@@ -40,7 +43,8 @@ class PacedLane {
     mutable std::mutex mutex;
     std::condition_variable wake;
     std::vector<Appointment> heap;
-    bool in_slice = false;
+    bool is_in_slice = false;
+    double in_slice_load = 0;
     std::thread thread;
   };
 

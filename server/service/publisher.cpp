@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "idl/wire/text.hpp"
+#include "server/experiment/limits.hpp"
 #include "server/service/thread_name.hpp"
 
 namespace slew::service {
@@ -10,16 +11,8 @@ namespace {
 
 constexpr auto kTick = std::chrono::milliseconds(2);
 constexpr auto kStatusPeriod = std::chrono::milliseconds(200);
-constexpr std::size_t kBatch = 64;
 constexpr const char* kConventions =
     "SI units; attitude: Euler parameters scalar first, Euler angles 1-2-3, MRP sigma = tan(phi/4) e";
-
-template <typename Sequence>
-void borrow(Sequence& sequence, std::vector<double>& values) {
-  sequence._maximum = sequence._length = static_cast<std::uint32_t>(values.size());
-  sequence._buffer = values.data();
-  sequence._release = false;
-}
 
 slew_v1_Channel to_wire(const Channel& channel) {
   slew_v1_Channel wired{};
@@ -32,13 +25,14 @@ slew_v1_Channel to_wire(const Channel& channel) {
 
 }  // namespace
 
-Publisher::Publisher(const wire::Domain& domain, std::function<void(FlightPointer)> drained)
+Publisher::Publisher(const wire::Domain& domain, std::function<void(FlightPointer)> drained,
+                     std::function<void(FlightPointer)> room_made)
     : experiment_(domain),
       channels_(domain),
-      state_(domain),
-      thrusters_(domain),
       event_(domain),
+      telemetry_(domain),
       drained_(std::move(drained)),
+      lossless_(domain, drained_, std::move(room_made)),
       thread_([this] {
         name_this_thread("publisher");
         publish();
@@ -77,6 +71,8 @@ void Publisher::post(News news, const FlightPointer& flight) {
 void Publisher::flush() {
   std::unique_lock lock(mutex_);
   idle_.wait(lock, [this] { return inbox_.empty() && !is_busy_; });
+  lock.unlock();
+  lossless_.flush(from_seconds(limits().lossless_patience_s + 1));
 }
 
 void Publisher::publish() {
@@ -100,7 +96,7 @@ void Publisher::publish() {
     const auto now = Monotonic::now();
     for (const FlightPointer& flight : flying_) {
       tell_phases(*flight);
-      drain(*flight);
+      if (!flight->prepared().telemetry.lossless) telemetry_.drain(*flight);
       if (now >= flight->next_status) tell_status(*flight);
     }
   }
@@ -112,6 +108,7 @@ void Publisher::take_in(const Item& item) {
     case News::begun:
       describe(flight);
       flying_.push_back(item.flight);
+      if (flight.prepared().telemetry.lossless) lossless_.begun(item.flight);
       break;
     case News::over: {
       // A flight that ended before it began was never in the list.
@@ -119,7 +116,11 @@ void Publisher::take_in(const Item& item) {
       if (place != flying_.end()) {
         flying_.erase(place);
         tell_phases(flight);
-        drain(flight);
+        if (flight.prepared().telemetry.lossless) {
+          lossless_.over(item.flight);
+          break;
+        }
+        telemetry_.drain(flight);
       }
       drained_(item.flight);
       break;
@@ -210,51 +211,6 @@ void Publisher::tell_status(Flight& flight) {
   status.dropped = flight.dropped.load(std::memory_order_relaxed);
   experiment_.write(status);
   flight.next_status = Monotonic::now() + kStatusPeriod;
-}
-
-void Publisher::drain(Flight& flight) {
-  SampleRing& ring = flight.ring();
-  const std::size_t states = flight.run().channels().state.size();
-  row_.resize(ring.width() + 1);
-  bool empty = false;
-  while (!empty) {
-    t_s_.clear();
-    state_values_.clear();
-    thruster_values_.clear();
-    while (t_s_.size() < kBatch && !(empty = !ring.pop(row_))) {
-      const auto thrusters = row_.begin() + 1 + static_cast<std::ptrdiff_t>(states);
-      t_s_.push_back(row_[0]);
-      state_values_.insert(state_values_.end(), row_.begin() + 1, thrusters);
-      thruster_values_.insert(thruster_values_.end(), thrusters, row_.end());
-    }
-    if (t_s_.empty()) break;
-
-    const std::uint64_t dropped = ring.dropped();
-    slew_v1_State state{};
-    flight.entry().experiment_id.store(state.experiment_id);
-    state.seq = flight.next_seq;
-    state.dropped = dropped;
-    state.count = static_cast<std::uint32_t>(t_s_.size());
-    borrow(state.t_s, t_s_);
-    borrow(state.values, state_values_);
-    state_.write(state);
-
-    slew_v1_Thrusters thrusters{};
-    flight.entry().experiment_id.store(thrusters.experiment_id);
-    thrusters.seq = flight.next_seq;
-    thrusters.dropped = dropped;
-    thrusters.count = state.count;
-    borrow(thrusters.t_s, t_s_);
-    borrow(thrusters.values, thruster_values_);
-    thrusters_.write(thrusters);
-
-    flight.next_seq += state.count;
-    flight.published.store(flight.next_seq, std::memory_order_relaxed);
-    samples_published_.fetch_add(state.count, std::memory_order_relaxed);
-  }
-  const std::uint64_t dropped = ring.dropped();
-  samples_dropped_.fetch_add(dropped - flight.dropped.exchange(dropped, std::memory_order_relaxed),
-                             std::memory_order_relaxed);
 }
 
 }  // namespace slew::service

@@ -1,5 +1,5 @@
 // The publisher: everything an experiment says while it flies, on a thread of its own, so that no step waits
-// for the network. Drains the rings, thins nothing (the flight did), batches, counts.
+// for the network. Drains the rings, thins nothing (the flight did).
 #pragma once
 
 #include <atomic>
@@ -11,13 +11,17 @@
 
 #include "idl/wire/writer.hpp"
 #include "server/service/flight.hpp"
+#include "server/service/lossless_stream.hpp"
+#include "server/service/telemetry_stream.hpp"
 
 namespace slew::service {
 
 class Publisher final : public NextStage {
  public:
-  /// `drained` is called, from the publisher's thread, with every flight that is over and fully published.
-  Publisher(const wire::Domain& domain, std::function<void(FlightPointer)> drained);
+  /// `drained` is called with every flight that is over and fully published; `room_made` with every lossless
+  /// one that was parked for want of room. Both from the publishing threads.
+  Publisher(const wire::Domain& domain, std::function<void(FlightPointer)> drained,
+            std::function<void(FlightPointer)> room_made);
   ~Publisher() override;
 
   void begun(const FlightPointer& flight) override;
@@ -27,11 +31,13 @@ class Publisher final : public NextStage {
   /// Nobody will ask for it any more: its instances are disposed.
   void forget(const FlightPointer& flight);
 
+  /// From now on nothing is handed back to a lane.
+  void close() { lossless_.close(); }
   /// Waits until everything posted so far has been taken in.
   void flush();
 
-  std::uint64_t samples_published() const { return samples_published_.load(std::memory_order_relaxed); }
-  std::uint64_t samples_dropped() const { return samples_dropped_.load(std::memory_order_relaxed); }
+  std::uint64_t samples_published() const { return telemetry_.published() + lossless_.published(); }
+  std::uint64_t samples_dropped() const { return telemetry_.dropped(); }
 
  private:
   enum class News { begun, over, ended, forget };
@@ -46,13 +52,11 @@ class Publisher final : public NextStage {
   void describe(const Flight& flight);
   void tell_phases(Flight& flight);
   void tell_status(Flight& flight);
-  void drain(Flight& flight);
 
   wire::Writer<slew_v1_Experiment> experiment_;
   wire::Writer<slew_v1_Channels> channels_;
-  wire::Writer<slew_v1_State> state_;
-  wire::Writer<slew_v1_Thrusters> thrusters_;
   wire::Writer<slew_v1_Event> event_;
+  TelemetryStream telemetry_;
   const std::function<void(FlightPointer)> drained_;
 
   std::mutex mutex_;
@@ -64,10 +68,8 @@ class Publisher final : public NextStage {
 
   // the thread's own
   std::vector<FlightPointer> flying_;
-  std::vector<double> row_, t_s_, state_values_, thruster_values_;
 
-  std::atomic<std::uint64_t> samples_published_{0};
-  std::atomic<std::uint64_t> samples_dropped_{0};
+  LosslessStream lossless_;
   std::thread thread_;
 };
 

@@ -194,7 +194,7 @@ Queries::Answer Queries::show(const json& arguments) {
   json document = entry_document(entry);
   const auto outcome = prepare(request);
   if (const auto* prepared = std::get_if<Prepared>(&outcome)) {
-    document["request"] = prepared->resolved;
+    document["request"] = json::parse(prepared->resolved);
     document["warnings"] = prepared->warnings;
   } else {
     document["request"] = json::parse(request, nullptr, false);

@@ -77,22 +77,26 @@ Server::Server(const ServerOptions& options)
       domain_(options.domain),
       health_(domain_),
       replies_(domain_),
-      archive_(options.state_directory / "series") {
+      archive_(options.state_directory / "series"),
+      admission_(options.pacers) {
   const auto journal_file = options.state_directory / "journal.sqlite";
   journal_ = std::make_unique<Journal>(journal_file);
   publisher_ = std::make_unique<Publisher>(
-      domain_, [this](FlightPointer flight) { finisher_->take(std::move(flight)); });
+      domain_, [this](FlightPointer flight) { finisher_->take(std::move(flight)); },
+      [this](FlightPointer flight) { relaunch(flight); });
   finisher_ = std::make_unique<Finisher>(archive_, *journal_,
                                          [this](const FlightPointer& flight) { committed(flight); });
   as_fast_ = std::make_unique<AsFastLane>(
       options.workers, *publisher_, [this] { return !draining_ && finisher_->backlog() < kLargestBacklog; });
   paced_ = std::make_unique<PacedLane>(options.pacers, *publisher_);
   queries_ = std::make_unique<Queries>(domain_, registry_, archive_, journal_file);
+  timetable_ = std::make_unique<Timetable>();
   recover();
   intake_ = std::make_unique<Intake>(
-      domain_, registry_, *journal_, journal_file, replies_,
-      [this](const FlightPointer& flight) { launch(flight); },
-      [this](const FlightPointer& flight) { relaunch(flight); });
+      domain_, registry_, *journal_, journal_file, admission_, replies_,
+      Intake::Outlets{
+          .launch = [this](const FlightPointer& flight) { launch(flight); },
+          .wish = [this](const FlightPointer& flight, const Wishes& wishes) { wish(flight, wishes); }});
   health_thread_ = std::thread([this] {
     name_this_thread("health");
     watch_health();
@@ -115,8 +119,10 @@ Server::~Server() {
   draining_ = true;
   // Along the way a request takes, so that nothing is handed to what is gone.
   intake_.reset();
+  timetable_.reset();
   queries_.reset();
   journal_->flush();  // acceptances on their way to a lane
+  publisher_->close();
   paced_.reset();
   as_fast_.reset();
   publisher_->flush();
@@ -127,7 +133,38 @@ Server::~Server() {
 
 void Server::launch(const FlightPointer& flight) {
   if (!flight->is_paced()) flight->enter(slew_v1_QUEUED);
+  schedule(flight);
   relaunch(flight);
+}
+
+// What the request wants to happen at a wall time.
+void Server::schedule(const FlightPointer& flight) {
+  const TimingSpecification& timing = flight->prepared().timing;
+  const auto wish_at = [&](std::int64_t at_unix_ns, const Wishes& wishes) {
+    timetable_->at(at_unix_ns, [this, wishes, place = std::weak_ptr(flight)] {
+      if (const auto alive = place.lock(); alive && !wire::is_terminal(alive->phase())) wish(alive, wishes);
+    });
+  };
+  if (timing.start == TimingStart::wall_time) {
+    Wishes resume;
+    resume.pause = false;
+    resume.start_unix_ns = timing.start_unix_ns;
+    wish_at(timing.start_unix_ns, resume);
+  }
+  if (timing.expires_s) {
+    Wishes expire;
+    expire.expire = true;
+    wish_at(
+        flight->entry().accepted_unix_ns + std::chrono::nanoseconds(from_seconds(*timing.expires_s)).count(),
+        expire);
+  }
+}
+
+void Server::wish(const FlightPointer& flight, const Wishes& wishes) {
+  if (flight->wish(wishes))
+    relaunch(flight);
+  else if (wishes.cancel || wishes.expire)
+    as_fast_->expedite(flight);
 }
 
 void Server::relaunch(const FlightPointer& flight) {
@@ -152,6 +189,10 @@ void Server::committed(const FlightPointer& flight) {
     case slew_v1_CANCELLED:
       ++cancelled_;
       saying = {"cancelled", "cancelled on request"};
+      break;
+    case slew_v1_EXPIRED:
+      ++expired_;
+      saying = {"expired", "it had not begun when its time to begin ran out"};
       break;
     default:
       ++interrupted_;
@@ -186,6 +227,11 @@ void Server::recover() {
       flight->end(slew_v1_INTERRUPTED);
       publisher_->over(flight);
     } else {
+      if (flight->is_paced()) {
+        // Promised before: it is not asked again whether it fits.
+        flight->set_trial_load(Admission::trial_load(flight->prepared()));
+        admission_.admit(flight);
+      }
       launch(flight);
     }
   }
@@ -205,7 +251,7 @@ void Server::drain() {
     if (flight->is_paced()) {
       Wishes wishes;
       wishes.interrupt = true;
-      if (flight->wish(wishes)) relaunch(flight);
+      wish(flight, wishes);
     }
   const auto patience = Monotonic::now() + std::chrono::seconds(2);
   while (paced_->flying() > 0 && Monotonic::now() < patience)
@@ -254,6 +300,7 @@ void Server::tell_health() {
   status.paced = static_cast<std::uint32_t>(paced_->flying());
   status.running = static_cast<std::uint32_t>(as_fast_->under_way() + paced_->flying());
   status.queue_limit = static_cast<std::uint32_t>(limits().max_queued_experiments);
+  status.paced_load = admission_.load() / (admission_.capacity() / limits().max_paced_load);
   status.lateness_p99_s = paced_->lateness().quantile_s(0.99);
   status.lateness_max_s = paced_->lateness().max_s();
   status.accepted = intake_->accepted();

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "idl/wire/domain.hpp"
+#include "server/service/admission.hpp"
 #include "server/service/archive.hpp"
 #include "server/service/as_fast_lane.hpp"
 #include "server/service/finisher.hpp"
@@ -20,6 +21,7 @@
 #include "server/service/queries.hpp"
 #include "server/service/registry.hpp"
 #include "server/service/replies.hpp"
+#include "server/service/timetable.hpp"
 
 namespace slew::service {
 
@@ -46,7 +48,9 @@ class Server {
  private:
   class StateLock;
   void launch(const FlightPointer& flight);
+  void schedule(const FlightPointer& flight);
   void relaunch(const FlightPointer& flight);
+  void wish(const FlightPointer& flight, const Wishes& wishes);
   void committed(const FlightPointer& flight);
   void recover();
   void tell_health();
@@ -63,16 +67,18 @@ class Server {
   Registry registry_;
   Replies replies_;
   Archive archive_;
+  Admission admission_;
   std::unique_ptr<Journal> journal_;
   std::unique_ptr<Publisher> publisher_;
   std::unique_ptr<Finisher> finisher_;
   std::unique_ptr<AsFastLane> as_fast_;
   std::unique_ptr<PacedLane> paced_;
+  std::unique_ptr<Timetable> timetable_;
   std::unique_ptr<Queries> queries_;
   std::unique_ptr<Intake> intake_;
 
   std::atomic<bool> draining_{false};
-  std::atomic<std::uint64_t> completed_{0}, failed_{0}, cancelled_{0}, interrupted_{0};
+  std::atomic<std::uint64_t> completed_{0}, failed_{0}, cancelled_{0}, interrupted_{0}, expired_{0};
   std::mutex health_mutex_;
   std::condition_variable health_wake_;
   bool stopping_ = false;

@@ -67,13 +67,13 @@ TEST(Prepare, TheResolvedRequestIsCompleteByItself) {
   for (const Preset& preset : presets()) {
     SCOPED_TRACE(preset.name);
     const Prepared p = prepared({{"preset", preset.name}});
-    json alone = p.resolved;
+    json alone = json::parse(p.resolved);
     EXPECT_EQ(prepared(alone).resolved, p.resolved);
     alone.erase("preset");
     const Prepared again = prepared(alone);
-    alone = again.resolved;
+    alone = json::parse(again.resolved);
     alone["preset"] = preset.name;
-    EXPECT_EQ(alone, p.resolved);
+    EXPECT_EQ(alone, json::parse(p.resolved));
     EXPECT_EQ(again.system.law.deadband_rad, p.system.law.deadband_rad);
   }
 }

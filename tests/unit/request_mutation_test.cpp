@@ -23,7 +23,7 @@ const std::vector<std::string>& valid_requests() {
     std::vector<std::string> texts;
     for (const Preset& preset : presets()) {
       auto outcome = prepare(json({{"preset", preset.name}}).dump());
-      json resolved = std::get<Prepared>(outcome).resolved;
+      json resolved = json::parse(std::get<Prepared>(outcome).resolved);
       texts.push_back(resolved.dump());
       resolved.erase("preset");
       texts.push_back(resolved.dump(1));
