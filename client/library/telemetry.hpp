@@ -22,7 +22,7 @@ struct ChannelName {
 
 /// What is known of one experiment's stream.
 struct Stream {
-  std::vector<ChannelName> state;  ///< empty until the channels have arrived
+  std::vector<ChannelName> state;  ///< known before the first sample is handed on
   std::vector<ChannelName> thrusters;
   std::uint64_t received = 0;  ///< samples of state
   std::uint64_t lost = 0;      ///< by gaps in seq, between server and here
@@ -40,7 +40,7 @@ class Telemetry {
   };
 
   /// The domain must outlive it. One thread at a time.
-  explicit Telemetry(const wire::Domain& domain, bool best_effort = false);
+  explicit Telemetry(const wire::Domain& domain, wire::Delivery delivery = wire::Delivery::reliable);
 
   /// Waits for something to arrive and hands it on; true unless the time ran out.
   bool poll(std::chrono::nanoseconds timeout, const Listener& listener);
@@ -48,7 +48,18 @@ class Telemetry {
   const std::map<wire::Id, Stream>& streams() const { return streams_; }
 
  private:
-  void take_channels();
+  // A batch that came before its experiment's channels did.
+  struct Early {
+    bool is_state;
+    std::vector<double> t_s;
+    std::vector<double> values;
+  };
+
+  void take_channels(const Listener& listener);
+  template <typename Batch>
+  void hand_on(const Batch& batch, bool is_state, const Listener& listener);
+  void hand_on_rows(const wire::Id& id, bool is_state, std::span<const double> t_s,
+                    std::span<const double> values, const Listener& listener);
   void take_state(const Listener& listener);
   void take_thrusters(const Listener& listener);
 
@@ -58,6 +69,7 @@ class Telemetry {
   wire::Reader<slew_v1_Thrusters> thrusters_;
   wire::Waitset waitset_;
   std::map<wire::Id, Stream> streams_;
+  std::map<wire::Id, std::vector<Early>> early_;
 };
 
 }  // namespace slew::client

@@ -4,6 +4,7 @@
 
 #include "client/slewctl/commands.hpp"
 #include "client/slewctl/connection.hpp"
+#include "client/slewctl/exit_code.hpp"
 
 namespace slew::ctl {
 namespace {
@@ -34,7 +35,8 @@ int control(const Options& options) {
   const auto reply = session->control(action_of(options.command), *id, options.value, seconds(10));
   if (!reply) throw Stop{kTimedOut, "the server did not say anything within 10 s"};
   const auto document = nlohmann::json::parse(reply->json, nullptr, false);
-  if (reply->code != "ok") throw Stop{kRefused, document.value("sentence", reply->code)};
+  if (reply->code != "ok")
+    throw Stop{exit_code(slew_v1_REJECTED, reply->code), document.value("sentence", reply->code)};
   if (options.json)
     print_json(
         {{"experiment_id", id->hex()}, {"phase", wire::phase_name(reply->phase)}, {"code", reply->code}});

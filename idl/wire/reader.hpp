@@ -14,10 +14,10 @@ namespace slew::wire {
 template <typename T>
 class Reader {
  public:
-  explicit Reader(const Domain& domain, bool best_effort = false)
+  explicit Reader(const Domain& domain, Delivery delivery = Delivery::reliable)
       : topic_(create_topic<T>(domain.participant())) {
     const dds_entity_t reader = dds_create_reader(domain.participant(), topic_.get(),
-                                                  reader_qos(Topic<T>::flow, best_effort).get(), nullptr);
+                                                  reader_qos(Topic<T>::flow, delivery).get(), nullptr);
     if (reader < 0)
       throw WireError(std::string("no reader of ") + Topic<T>::name + ": " + dds_strretcode(reader));
     reader_ = Entity(reader);

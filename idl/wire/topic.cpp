@@ -4,6 +4,8 @@ namespace slew::wire {
 namespace {
 
 constexpr dds_duration_t kBlocking = DDS_SECS(2);
+// Batches a lossless reader holds before it stops acknowledging.
+constexpr int kUntaken = 1024;
 constexpr dds_duration_t kServerLease = DDS_SECS(2);
 
 // What writer and reader of a flow must agree on.
@@ -49,10 +51,15 @@ Qos writer_qos(Flow flow) {
   return qos;
 }
 
-Qos reader_qos(Flow flow, bool best_effort) {
+Qos reader_qos(Flow flow, Delivery delivery) {
   Qos qos;
   set_common(qos.get(), flow);
-  if (flow == Flow::telemetry && best_effort) dds_qset_reliability(qos.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
+  if (flow != Flow::telemetry) return qos;
+  if (delivery == Delivery::best_effort) dds_qset_reliability(qos.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
+  if (delivery == Delivery::lossless) {
+    dds_qset_history(qos.get(), DDS_HISTORY_KEEP_ALL, 0);
+    dds_qset_resource_limits(qos.get(), kUntaken, DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+  }
   return qos;
 }
 

@@ -32,9 +32,15 @@ enum class Flow {
   heartbeat,  ///< as status, with a liveliness lease of 2 s
 };
 
+/// What a reader of telemetry asks for; every other flow is reliable.
+enum class Delivery {
+  reliable,     ///< lost samples are sent again; what is not taken in time gives way to what is newer
+  best_effort,  ///< lost is lost
+  lossless,     ///< nothing gives way: what is not taken is not acknowledged, and holds up a lossless writer
+};
+
 Qos writer_qos(Flow flow);
-/// A reader of telemetry may choose best effort; every other flow is reliable.
-Qos reader_qos(Flow flow, bool best_effort = false);
+Qos reader_qos(Flow flow, Delivery delivery = Delivery::reliable);
 
 template <typename T>
 struct Topic;

@@ -33,9 +33,8 @@ std::string in_percent(double share) {
 }  // namespace
 
 Admission::Admission(std::size_t pacers)
-    : capacity_(
-          limits().max_paced_load *
-          static_cast<double>(std::min<std::size_t>(pacers, std::max(1u, std::thread::hardware_concurrency())))) {}
+    : capacity_(limits().max_paced_load * static_cast<double>(std::min<std::size_t>(
+                                              pacers, std::max(1u, std::thread::hardware_concurrency())))) {}
 
 double Admission::trial_load(const Prepared& prepared) {
   class Nothing final : public SampleSink {

@@ -62,7 +62,8 @@ void LosslessStream::close() {
 void LosslessStream::flush(Monotonic::duration time) {
   std::unique_lock lock(mutex_);
   idle_.wait_for(lock, time, [this] {
-    return std::none_of(streaming_.begin(), streaming_.end(), [](const Streaming& one) { return one.is_over; });
+    return std::none_of(streaming_.begin(), streaming_.end(),
+                        [](const Streaming& one) { return one.is_over; });
   });
 }
 
@@ -105,7 +106,8 @@ void LosslessStream::hear_acknowledgements() {
     return;
   }
   if (!given_up_ && Monotonic::now() - heard_ < from_seconds(limits().lossless_patience_s)) return;
-  if (!given_up_) spdlog::warn("a reader of lossless telemetry does not acknowledge; streams go on without it");
+  if (!given_up_)
+    spdlog::warn("a reader of lossless telemetry does not acknowledge; streams go on without it");
   given_up_ = true;
   for (const Streaming& one : now_)
     if (is_owed(one)) {

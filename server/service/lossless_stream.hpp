@@ -1,5 +1,5 @@
-// Streams that lose nothing: no more is written than readers have acknowledged, and a flight whose ring is full
-// waits. On a thread and with writers of its own, so that a slow reader slows nobody else's telemetry.
+// Streams that lose nothing: no more is written than readers have acknowledged, and a flight whose ring is
+// full waits. On a thread and with writers of its own, so that a slow reader slows nobody else's telemetry.
 #pragma once
 
 #include <condition_variable>

@@ -95,6 +95,60 @@ TEST(Subscriber, CountsEverySampleThatWasPublished) {
   EXPECT_EQ(telemetry.streams().at(*id).lost, 0u);
 }
 
+// Far faster than this reader takes them, and yet all of them, in order.
+TEST(Subscriber, ALosslessReaderCountsEverySampleOfAnAsFastRun) {
+  const ServerUnderTest server;
+  const wire::Domain domain({server.domain(), ""});
+  client::Telemetry telemetry(domain, wire::Delivery::lossless);
+  telemetry.poll(std::chrono::milliseconds(500), {});
+  const auto id =
+      wire::Id::parse(server
+                          .document({"submit", "--preset", kPreset, "--set", "telemetry.lossless=true",
+                                     "--set", "telemetry.sample_period_s=0.00001"})
+                          .at("experiment_id")
+                          .get<std::string>());
+  slew_v1_Experiment last{};
+  std::uint64_t states = 0, thrusters = 0, out_of_order = 0;
+  double last_t_s = -1;
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (std::chrono::steady_clock::now() < deadline && !wire::is_terminal(last.phase)) {
+    telemetry.poll(std::chrono::milliseconds(50),
+                   {.state =
+                        [&](const wire::Id&, const client::Stream&, double t_s, std::span<const double>) {
+                          out_of_order += t_s <= last_t_s;
+                          last_t_s = t_s;
+                          ++states;
+                        },
+                    .thrusters = [&](const wire::Id&, const client::Stream&, double,
+                                     std::span<const double>) { ++thrusters; },
+                    .experiment =
+                        [&](const slew_v1_Experiment& status) {
+                          if (wire::Id::from(status.experiment_id) == *id) last = status;
+                        }});
+    std::this_thread::sleep_for(std::chrono::milliseconds(3));
+  }
+  ASSERT_EQ(last.phase, slew_v1_COMPLETED);
+  EXPECT_EQ(last.sampled, 205001u);  // 0 to 2.05 s
+  EXPECT_EQ(last.published, last.sampled);
+  EXPECT_EQ(last.dropped, 0u);
+  EXPECT_EQ(states, last.sampled);
+  EXPECT_EQ(thrusters, last.sampled);
+  EXPECT_EQ(out_of_order, 0u);
+  EXPECT_EQ(telemetry.streams().at(*id).lost, 0u);
+  EXPECT_TRUE(server.document({"result", id->hex()}).at("warnings").empty());
+}
+
+TEST(Subscriber, OneThatStopsDoesNotHoldALosslessRunForEver) {
+  const ServerUnderTest server;
+  Process stopped(server.ctl_command({"watch", "--all", "--csv"}), server.state() / "stopped.csv");
+  std::this_thread::sleep_for(std::chrono::milliseconds(800));
+  stopped.signal(SIGSTOP);
+  const json result = server.document({"run", "--preset", kPreset, "--set", "telemetry.lossless=true",
+                                       "--set", "telemetry.sample_period_s=0.00001", "--timeout", "60"});
+  EXPECT_EQ(result.at("phase"), "completed");
+  stopped.signal(SIGCONT);
+}
+
 TEST(Subscriber, OneThatStopsReadingDelaysNobody) {
   const ServerUnderTest server;
   Process stopped(server.ctl_command({"watch", "--all", "--csv"}), server.state() / "stopped.csv");

@@ -38,7 +38,7 @@ const std::vector<std::string>& valid_requests() {
 void expect_an_answer(const std::string& text) {
   const auto outcome = prepare(text);
   if (const auto* prepared = std::get_if<Prepared>(&outcome)) {
-    EXPECT_TRUE(schema_violations("request", prepared->resolved).empty());
+    EXPECT_TRUE(schema_violations("request", json::parse(prepared->resolved)).empty());
     EXPECT_FALSE(describe(*prepared).dump().empty());
     const auto run = make_run(*prepared);
     Ignore ignore;
