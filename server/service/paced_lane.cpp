@@ -123,7 +123,8 @@ void PacedLane::pace(Pacer& pacer) {
     lock.unlock();
     const bool goes_on = keep(appointment, slept);
     // What the thread spent since the last slice, waking and sorting included, was spent for this one.
-    const double spent_s = thread_processor_s() - std::exchange(accounted_s, thread_processor_s());
+    const double now_s = thread_processor_s();
+    const double spent_s = now_s - std::exchange(accounted_s, now_s);
     if (goes_on) appointment.flight->record_cost(spent_s, slice_period_of(*appointment.flight));
     lock.lock();
     pacer.is_in_slice = false;

@@ -148,11 +148,11 @@ int main(int argc, char** argv) {
   // One long as-fast run a worker, and one to spare.
   std::vector<std::string> load;
   for (unsigned i = 0; i <= std::thread::hardware_concurrency(); ++i)
-    load.push_back(must_accept(session, {{"preset", kPreset},
-                                         {"stop", {{"when", "duration"}}},
-                                         {"telemetry", {{"sample_period_s", 10}}},
-                                         {"simulation",
-                                          {{"duration_s", 100000}, {"ballast_operations_per_step", 4000}}}}));
+    load.push_back(must_accept(
+        session, {{"preset", kPreset},
+                  {"stop", {{"when", "duration"}}},
+                  {"telemetry", {{"sample_period_s", 10}}},
+                  {"simulation", {{"duration_s", 100000}, {"ballast_operations_per_step", 4000}}}}));
   sleep_s(1);
   const Reading before = read(session, load, server.pid());
   sleep_s(kCalm_s);
@@ -163,10 +163,10 @@ int main(int argc, char** argv) {
                       {"simulation", {{"duration_s", duration_s}}},
                       {"telemetry", {{"sample_period_s", 1 / hz}, {"publish_max_hz", 50}}}};
   const std::string interval = std::to_string(static_cast<int>(1e6 / hz));
-  test::Process cyclictest({"/usr/bin/cyclictest", "--default-system", "-m", "-q", "-t", "2", "-p", "20",
-                            "--policy=fifo", "-i", interval, "-D",
-                            std::to_string(static_cast<int>(duration_s)), "-h", "20000"},
-                           state.path() / "cyclictest");
+  test::Process cyclictest(
+      {"/usr/bin/cyclictest", "--default-system", "-m", "-q", "-t", "2", "-p", "20", "--policy=fifo", "-i",
+       interval, "-D", std::to_string(static_cast<int>(duration_s)), "-h", "20000"},
+      state.path() / "cyclictest");
   // Phases spread over one period, from a start that all have been accepted by.
   const auto first_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
                             (std::chrono::system_clock::now() + std::chrono::seconds(2)).time_since_epoch())
@@ -196,7 +196,8 @@ int main(int argc, char** argv) {
       continue;
     }
     const json& told = result.at("provenance").at("lateness");
-    for (const json& bin : told.at("histogram")) lateness.counts[1e6 * bin[0].get<double>()] += bin[1].get<double>();
+    for (const json& bin : told.at("histogram"))
+      lateness.counts[1e6 * bin[0].get<double>()] += bin[1].get<double>();
     lateness.max_us = std::max(lateness.max_us, 1e6 * told.at("max_s").get<double>());
     overruns += told.at("overruns").get<double>();
     oversleeps += told.at("oversleeps").get<double>();
@@ -205,8 +206,8 @@ int main(int argc, char** argv) {
     same_digests = same_digests && bits == digest;
   }
 
-  std::printf("%d experiments at %.0f Hz for %.0f s, beside a load that saturates %u processors\n\n", experiments,
-              hz, duration_s, std::thread::hardware_concurrency());
+  std::printf("%d experiments at %.0f Hz for %.0f s, beside a load that saturates %u processors\n\n",
+              experiments, hz, duration_s, std::thread::hardware_concurrency());
   std::printf("%-44s %10s %9s %9s %9s\n", "microseconds", "count", "p50", "p99", "max");
   lateness.print("lateness: due -> samples in the ring");
   const Histogram reference = read_cyclictest(state.path() / "cyclictest");
@@ -220,9 +221,9 @@ int main(int argc, char** argv) {
   };
   const double calm_rate = (calm.simulated_s - before.simulated_s) / wall(before, calm);
   const double busy_rate = (busy_end.simulated_s - busy_begin.simulated_s) / wall(busy_begin, busy_end);
-  std::printf("\nas-fast load: %.0f simulated s/s alone, %.0f beside them: %.1f %% less\n", calm_rate, busy_rate,
-              100 * (1 - busy_rate / calm_rate));
-  double calm_others = 0, busy_others = 0;
+  std::printf("\nas-fast load: %.0f simulated s/s alone, %.0f beside them: %.1f %% less\n", calm_rate,
+              busy_rate, 100 * (1 - busy_rate / calm_rate));
+  double given = 0;
   for (const auto& [name, spent] : busy_end.processor) {
     const auto share = [&](const Reading& a, const Reading& b) {
       const auto then = a.processor.find(name), now = b.processor.find(name);
@@ -230,14 +231,12 @@ int main(int argc, char** argv) {
              wall(a, b);
     };
     const double alone = share(before, calm), beside = share(busy_begin, busy_end);
-    if (name != "worker") {
-      calm_others += alone;
-      busy_others += beside;
-    }
-    if (beside > 0.001) std::printf("  %-12s %6.3f processors alone, %6.3f beside\n", name.c_str(), alone, beside);
+    if (name == "worker") given = beside / alone;
+    if (beside > 0.001)
+      std::printf("  %-12s %6.3f processors alone, %6.3f beside\n", name.c_str(), alone, beside);
   }
-  std::printf("processor time of everything but the load: %.1f %% of the machine more\n",
-              100 * (busy_others - calm_others) / std::thread::hardware_concurrency());
+  std::printf("the load's own processor time: %.1f %% less; simulated s per processor second: %.1f %% less\n",
+              100 * (1 - given), 100 * (1 - busy_rate / calm_rate / given));
   server.signal(SIGTERM);
   server.wait(std::chrono::seconds(30));
   return 0;

@@ -30,8 +30,7 @@ Count admitted(long operations) {
   const auto session = server.session();
   Count count;
   while (count.admitted < 1000) {
-    const auto reply =
-        session->submit(dear_request(operations), wire::Id::make(), std::chrono::seconds(10));
+    const auto reply = session->submit(dear_request(operations), wire::Id::make(), std::chrono::seconds(10));
     if (!reply) {
       ADD_FAILURE() << "no reply";
       break;

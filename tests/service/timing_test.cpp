@@ -70,8 +70,7 @@ TEST(Timing, BeginsAtTheWallTimeAndNotBefore) {
 
 TEST(Timing, AHeldOneMayBeBegunEarly) {
   const ServerUnderTest server;
-  const std::string id =
-      submit(server, {"timing.start=\"" + utc(unix_ns() + 600'000'000'000) + "\""});
+  const std::string id = submit(server, {"timing.start=\"" + utc(unix_ns() + 600'000'000'000) + "\""});
   await(server, id, {"held"});
   EXPECT_EQ(server.ctl({"resume", id}).exit_code, 0);
   await(server, id, {"completed"});
@@ -79,12 +78,14 @@ TEST(Timing, AHeldOneMayBeBegunEarly) {
 
 TEST(Timing, ATimeThatHasPassedIsRefused) {
   const ServerUnderTest server;
-  const Finished late = server.ctl({"submit", "--preset", kPreset, "--set", "timing.start=\"2020-02-29T00:00:00Z\""});
+  const Finished late =
+      server.ctl({"submit", "--preset", kPreset, "--set", "timing.start=\"2020-02-29T00:00:00Z\""});
   EXPECT_EQ(late.exit_code, 2);
   EXPECT_NE(late.errors.find("/timing/start"), std::string::npos) << late.errors;
-  for (const char* nonsense : {"tomorrow", "2027-02-29T00:00:00Z", "2027-02-28T00:00:00+01:00", "2027-02-28"}) {
-    const Finished refused =
-        server.ctl({"submit", "--preset", kPreset, "--set", std::string("timing.start=\"") + nonsense + "\""});
+  for (const char* nonsense :
+       {"tomorrow", "2027-02-29T00:00:00Z", "2027-02-28T00:00:00+01:00", "2027-02-28"}) {
+    const Finished refused = server.ctl(
+        {"submit", "--preset", kPreset, "--set", std::string("timing.start=\"") + nonsense + "\""});
     EXPECT_EQ(refused.exit_code, 2) << nonsense;
     EXPECT_NE(refused.errors.find("/timing/start"), std::string::npos) << refused.errors;
   }
@@ -95,8 +96,8 @@ TEST(Timing, ExpiresUnlessItHasBegun) {
   const std::string held = submit(server, {"timing.start=held", "timing.expires_s=0.3"});
   const std::string begun =
       submit(server, {"timing.mode=real_time", "timing.expires_s=0.3", "simulation.duration_s=1.5"});
-  const Finished waited = server.ctl({"run", "--preset", kPreset, "--set", "timing.start=held", "--set",
-                                      "timing.expires_s=0.2"});
+  const Finished waited =
+      server.ctl({"run", "--preset", kPreset, "--set", "timing.start=held", "--set", "timing.expires_s=0.2"});
   EXPECT_EQ(waited.exit_code, 4);
   EXPECT_EQ(await(server, held, {"expired", "completed"}).at("phase"), "expired");
   EXPECT_EQ(await(server, begun, {"expired", "completed"}).at("phase"), "completed");
