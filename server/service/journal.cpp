@@ -318,8 +318,11 @@ Found JournalReader::by_prefix(const std::string& digits) {
 }
 
 std::vector<JournalEntry> JournalReader::page(std::size_t limit, std::size_t offset) {
-  Statement row(database_, std::string("SELECT ") + kShortColumns +
-                               " FROM experiment ORDER BY accepted_unix_ns DESC LIMIT ? OFFSET ?");
+  // What is passed over is counted off in the index; only the page itself is read.
+  Statement row(database_,
+                std::string("SELECT ") + kShortColumns +
+                    " FROM experiment WHERE experiment_id IN (SELECT experiment_id FROM experiment "
+                    "ORDER BY accepted_unix_ns DESC LIMIT ? OFFSET ?) ORDER BY accepted_unix_ns DESC");
   row.bind(static_cast<std::int64_t>(limit)).bind(static_cast<std::int64_t>(offset));
   std::vector<JournalEntry> entries;
   while (row.step()) entries.push_back(read_short(row));

@@ -1,5 +1,5 @@
-// A client that makes no sense: random bytes, half requests, ids of zero, wrong kinds, on every topic a server
-// reads. Every sample is well-formed DDS; nothing in it is meant.
+// A client that makes no sense: random bytes, half requests, ids of zero, wrong kinds, on every topic a
+// server reads. Every sample is well-formed DDS; nothing in it is meant.
 #include <array>
 #include <random>
 #include <thread>
@@ -48,7 +48,8 @@ class Garbage {
       case 2:
         return "{\"preset\":\"" + std::string(below(200000), 'x') + "\"}";
       case 3: {
-        static const std::array words{"null", "1e999", "NaN", "\"\"", "[]", "{\"id\":7}", "{\"limit\":-1}", "-0"};
+        static const std::array words{"null",       "1e999",          "NaN", "\"\"", "[]",
+                                      "{\"id\":7}", "{\"limit\":-1}", "-0"};
         return words[below(words.size())];
       }
       default:
@@ -57,7 +58,12 @@ class Garbage {
   }
 
   double value() {
-    static const std::array values{0.0, -1.0, 1e300, -1e300, 1e-300, std::numeric_limits<double>::infinity(),
+    static const std::array values{0.0,
+                                   -1.0,
+                                   1e300,
+                                   -1e300,
+                                   1e-300,
+                                   std::numeric_limits<double>::infinity(),
                                    std::numeric_limits<double>::quiet_NaN()};
     return values[below(values.size())];
   }
@@ -72,7 +78,8 @@ class Garbage {
   std::string damaged_request() {
     const auto& all = presets();
     std::string text = preset_document(all[below(all.size())].name)->dump();
-    for (std::uint64_t n = 1 + below(4); n > 0; --n) text[below(text.size())] = static_cast<char>(1 + below(255));
+    for (std::uint64_t n = 1 + below(4); n > 0; --n)
+      text[below(text.size())] = static_cast<char>(1 + below(255));
     return text;
   }
 

@@ -32,25 +32,28 @@ class Recorder {
   void listen(double for_s, std::size_t until_ended) {
     const auto until = after(for_s);
     const client::Telemetry::Listener listener{
-        .state = [this](const wire::Id& id, const client::Stream& stream, double t_s,
-                        std::span<const double> row) {
-          Recorded& one = recorded_[id];
-          ++one.states;
-          check(one, stream.state, one.last_state_s, t_s, row);
-        },
-        .thrusters = [this](const wire::Id& id, const client::Stream& stream, double t_s,
-                            std::span<const double> row) {
-          Recorded& one = recorded_[id];
-          ++one.thrusters;
-          check(one, stream.thrusters, one.last_thrusters_s, t_s, row);
-        },
-        .experiment = [this](const slew_v1_Experiment& status) {
-          Recorded& one = recorded_[wire::Id::from(status.experiment_id)];
-          const bool had_ended = one.has_ended();
-          one.status = status;
-          one.has_status = true;
-          ended_ += !had_ended && one.has_ended();
-        }};
+        .state =
+            [this](const wire::Id& id, const client::Stream& stream, double t_s,
+                   std::span<const double> row) {
+              Recorded& one = recorded_[id];
+              ++one.states;
+              check(one, stream.state, one.last_state_s, t_s, row);
+            },
+        .thrusters =
+            [this](const wire::Id& id, const client::Stream& stream, double t_s,
+                   std::span<const double> row) {
+              Recorded& one = recorded_[id];
+              ++one.thrusters;
+              check(one, stream.thrusters, one.last_thrusters_s, t_s, row);
+            },
+        .experiment =
+            [this](const slew_v1_Experiment& status) {
+              Recorded& one = recorded_[wire::Id::from(status.experiment_id)];
+              const bool had_ended = one.has_ended();
+              one.status = status;
+              one.has_status = true;
+              ended_ += !had_ended && one.has_ended();
+            }};
     while (Clock::now() < until && (until_ended == 0 || ended_ < until_ended))
       telemetry_.poll(std::chrono::milliseconds(100), listener);
     // What was sent before the last word may still be on its way.
@@ -80,7 +83,9 @@ class Recorder {
                              {"wrong_width", one.wrong_width},
                              {"without_unit", one.without_unit}});
     }
-    return {{"experiments", std::move(experiments)}, {"ended", ended_}, {"sound", is_sound()},
+    return {{"experiments", std::move(experiments)},
+            {"ended", ended_},
+            {"sound", is_sound()},
             {"missing", missing()}};
   }
 
@@ -97,8 +102,8 @@ class Recorder {
   }
 
  private:
-  static void check(Recorded& one, const std::vector<client::ChannelName>& channels, double& last_s, double t_s,
-                    std::span<const double> row) {
+  static void check(Recorded& one, const std::vector<client::ChannelName>& channels, double& last_s,
+                    double t_s, std::span<const double> row) {
     one.out_of_order += t_s <= last_s;
     last_s = t_s;
     one.wrong_width += row.size() != channels.size();
@@ -114,8 +119,8 @@ class Recorder {
 };
 
 void print_table(const json& report) {
-  std::printf("%-32s %-11s %9s %9s %6s %8s %9s %9s %9s\n", "experiment", "phase", "received", "published", "lost",
-              "dropped", "p50, us", "p99, us", "max, us");
+  std::printf("%-32s %-11s %9s %9s %6s %8s %9s %9s %9s\n", "experiment", "phase", "received", "published",
+              "lost", "dropped", "p50, us", "p99, us", "max, us");
   for (const json& one : report.at("experiments"))
     std::printf("%-32s %-11s %9ld %9ld %6ld %8ld %9.0f %9.0f %9.0f\n",
                 one.at("experiment_id").get<std::string>().c_str(),

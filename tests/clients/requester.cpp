@@ -53,7 +53,11 @@ std::string random_request(const Options& options, std::mt19937_64& random) {
 class Requester {
  public:
   Requester(const wire::Domain& domain, Options options)
-      : options_(std::move(options)), random_(options_.seed), request_(domain), reply_(domain), waitset_(domain) {
+      : options_(std::move(options)),
+        random_(options_.seed),
+        request_(domain),
+        reply_(domain),
+        waitset_(domain) {
     waitset_.attach(reply_.entity());
   }
 
@@ -175,7 +179,8 @@ int main(int argc, char** argv) {
   app.add_option("--per-second", options.per_second, "how many a second; 0: as quickly as they are taken")
       ->capture_default_str();
   app.add_option("--seed", options.seed, "of the random choices")->capture_default_str();
-  app.add_option("--client-id", options.client_id, "by which as-fast work is shared out")->capture_default_str();
+  app.add_option("--client-id", options.client_id, "by which as-fast work is shared out")
+      ->capture_default_str();
   app.add_option("--paced", options.real_time_share, "share of paced requests, at rates of 0.5 to 4.5")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();

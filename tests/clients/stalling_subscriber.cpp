@@ -1,5 +1,5 @@
-// A client that nobody should notice: it subscribes to all telemetry, reliably, and after a while takes nothing
-// any more; or dies without a word.
+// A client that nobody should notice: it subscribes to all telemetry, reliably, and after a while takes
+// nothing any more; or dies without a word.
 #include <thread>
 
 #include "idl/wire/reader.hpp"
