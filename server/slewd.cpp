@@ -57,6 +57,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1u, slew::wire::kLargestDomain))
       ->capture_default_str();
   app.add_option("--dds-profile", profile, "Cyclone DDS configuration (XML); without it: loopback only")
+      ->envname("SLEW_DDS_PROFILE")
       ->check(CLI::ExistingFile);
   app.add_option("--state-dir", options.state_directory, "where journal and series are kept")
       ->capture_default_str();
@@ -68,6 +69,16 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--drain", options.drain_s, "seconds that work under way gets to end after SIGTERM")
       ->check(CLI::Range(0.0, 3600.0))
+      ->capture_default_str();
+  app.add_option("--keep-days", options.keep_days, "days that results and series are kept after the end")
+      ->check(CLI::Range(0.0, 36500.0))
+      ->capture_default_str();
+  app.add_option("--keep-gib", options.keep_gib, "GiB of series that are kept; the oldest make room")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  app.add_option("--metrics-port", options.metrics_port,
+                 "serve Prometheus metrics on this port of 127.0.0.1; 0: do not")
+      ->check(CLI::Range(0, 65535))
       ->capture_default_str();
   app.add_option("--log-level", level, "how much to log to standard error")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))

@@ -57,6 +57,7 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
       ->capture_default_str();
   app.add_option("--dds-profile", options.dds_profile,
                  "Cyclone DDS configuration (XML); without it: loopback only")
+      ->envname("SLEW_DDS_PROFILE")
       ->check(CLI::ExistingFile);
   app.add_option("--client-id", options.client_id, "the name under which as-fast work is shared out")
       ->capture_default_str();
@@ -107,9 +108,12 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
   }
   auto* series = commands.add(Command::series, "series", "the recorded samples: CSV, or JSON with --json",
                               "slewctl series 0193 --channels angle_rad,torque_N_m --max-samples 500");
-  auto* export_series = commands.add(Command::export_series, "export", "the recorded samples to a CSV file",
+  auto* export_series = commands.add(Command::export_series, "export", "the recorded samples to a file",
                                      "slewctl export 0193 --csv slew.csv");
-  export_series->add_option("--csv", options.output, "the file")->required();
+  auto* formats = export_series->add_option_group("format");
+  formats->add_option("--csv", options.output, "a CSV file");
+  formats->add_option("--hdf5", options.hdf5, "an HDF5 file, with units and descriptions as attributes");
+  formats->require_option(1, 2);
   for (auto* sub : {series, export_series}) {
     add_id(sub, options);
     sub->add_option("--channels", options.channels, "names, separated by commas; all without it")

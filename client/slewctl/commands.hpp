@@ -12,6 +12,7 @@ int result(const Options& options);
 int show(const Options& options);
 int list(const Options& options);
 int series(const Options& options);
+int export_series(const Options& options);
 int plot(const Options& options);
 
 int watch(const Options& options);

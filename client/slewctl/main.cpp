@@ -22,8 +22,9 @@ int dispatch(const Options& options) {
     case Command::history:
       return list(options);
     case Command::series:
-    case Command::export_series:
       return series(options);
+    case Command::export_series:
+      return export_series(options);
     case Command::plot:
       return plot(options);
     case Command::watch:

@@ -60,6 +60,7 @@ struct Options {
   std::optional<double> from_s;
   std::optional<double> to_s;
   std::int64_t max_samples = 0;
+  std::string hdf5;
   std::string output;  ///< a picture's or a table's file; "-": the terminal
   // watch
   bool csv = false;

@@ -9,6 +9,7 @@
 #include "client/slewctl/connection.hpp"
 #include "client/slewctl/report.hpp"
 #include "client/slewctl/terminal.hpp"
+#include "server/series/series_file.hpp"
 
 namespace slew::ctl {
 namespace {
@@ -48,6 +49,30 @@ void write_csv(std::ostream& out, const json& series) {
     }
     out << '\n';
   }
+}
+
+void write_hdf5(std::ostream& out, const json& series) {
+  ChannelTable table;
+  for (const json& channel : series.at("channels")) {
+    auto& group = channel.at("group") == "state" ? table.state : table.thrusters;
+    group.push_back({channel.at("name"), channel.at("unit"), channel.at("frame"), channel.at("description")});
+  }
+  std::vector<std::string> names;
+  for (const Channel& channel : table.state) names.push_back(channel.name);
+  for (const Channel& channel : table.thrusters) names.push_back(channel.name);
+  const auto image = series_image(table, [&](std::size_t index) {
+    return (index == 0 ? series.at("t_s") : series.at("columns").at(names.at(index - 1)))
+        .get<std::vector<double>>();
+  });
+  out.write(image.data(), static_cast<std::streamsize>(image.size()));
+}
+
+json series_arguments(const Options& options) {
+  json arguments = {
+      {"id", options.ids.front()}, {"channels", options.channels}, {"max_samples", options.max_samples}};
+  if (options.from_s) arguments["from_s"] = *options.from_s;
+  if (options.to_s) arguments["to_s"] = *options.to_s;
+  return arguments;
 }
 
 }  // namespace
@@ -96,21 +121,28 @@ int list(const Options& options) {
 
 int series(const Options& options) {
   const auto session = connect(options);
-  json arguments = {
-      {"id", options.ids.front()}, {"channels", options.channels}, {"max_samples", options.max_samples}};
-  if (options.from_s) arguments["from_s"] = *options.from_s;
-  if (options.to_s) arguments["to_s"] = *options.to_s;
-  const json document = ask(*session, "series", arguments);
-  if (options.command == Command::export_series) {
-    std::ofstream file(options.output);
-    write_csv(file, document);
-    if (!file.flush()) throw Stop{kRunFailed, "the file " + options.output + " cannot be written"};
-    if (options.json) print_json({{"file", options.output}, {"samples", document.at("t_s").size()}});
-  } else if (options.json) {
+  const json document = ask(*session, "series", series_arguments(options));
+  if (options.json)
     print_json(document);
-  } else {
+  else
     write_csv(std::cout, document);
-  }
+  return kDone;
+}
+
+int export_series(const Options& options) {
+  const auto session = connect(options);
+  const json document = ask(*session, "series", series_arguments(options));
+  json files = json::array();
+  const auto save = [&](const std::string& name, const auto& write) {
+    if (name.empty()) return;
+    std::ofstream file(name, std::ios::binary);
+    write(file);
+    if (!file.flush()) throw Stop{kRunFailed, "the file " + name + " cannot be written"};
+    files.push_back(name);
+  };
+  save(options.output, [&](std::ostream& file) { write_csv(file, document); });
+  save(options.hdf5, [&](std::ostream& file) { write_hdf5(file, document); });
+  if (options.json) print_json({{"files", files}, {"samples", document.at("t_s").size()}});
   return kDone;
 }
 

@@ -1,6 +1,9 @@
 // server and doctor: who is there; why do I see nothing.
+#include <ifaddrs.h>
+
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "client/slewctl/commands.hpp"
 #include "client/slewctl/connection.hpp"
@@ -43,6 +46,18 @@ json server_document(const slew_v1_Server& status) {
           {"resident_bytes", status.resident_bytes}};
 }
 
+// "eth0, lo"
+std::string interfaces() {
+  std::set<std::string> names;
+  ifaddrs* list = nullptr;
+  if (getifaddrs(&list) == 0)
+    for (const ifaddrs* one = list; one; one = one->ifa_next) names.insert(one->ifa_name);
+  freeifaddrs(list);
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
+  return text;
+}
+
 struct Check {
   std::string what;
   bool is_good;
@@ -60,30 +75,47 @@ std::vector<Check> examine(const Options& options) {
   try {
     session = std::make_unique<client::Session>(session_options(options));
   } catch (const wire::WireError& error) {
-    note("enter the domain", false, error.what());
+    note("enter the domain", false,
+         std::string(error.what()) + "\nThe profile must name an interface of this host (" + interfaces() +
+             "); deploy/dds/unicast.xml takes it from SLEW_INTERFACE");
     return checks;
   }
+  const std::string domain = "domain " + std::to_string(options.domain);
   note("enter the domain", true,
-       "domain " + std::to_string(options.domain) +
-           (options.dds_profile.empty() ? ", the built-in profile: loopback only"
-                                        : ", " + options.dds_profile));
+       domain + (options.dds_profile.empty() ? ", the built-in profile: loopback only"
+                                             : ", " + options.dds_profile));
   const auto servers = session->servers(seconds(options.connect_s), 1);
   if (!note("hear a server", !servers.empty(),
             servers.empty()
-                ? "none. Is slewd running, in this domain (--domain), with the same profile? Without "
-                  "--dds-profile only this host is looked at"
+                ? "none in " + domain + ". Is slewd running there (--domain, SLEW_DOMAIN)? " +
+                      (options.dds_profile.empty()
+                           ? "Only this host was looked at; for another one take deploy/dds/unicast.xml "
+                             "on both (--dds-profile, SLEW_DDS_PROFILE)"
+                           : "Does the profile lead to its host (SLEW_INTERFACE, SLEW_PEER), and does no "
+                             "firewall stop UDP ports from 7400 on?")
                 : std::to_string(servers.size()) + " heard"))
     return checks;
   for (const slew_v1_Server& server : servers) {
     const std::string version(wire::view(server.version));
     note("the same version", version == SLEW_VERSION,
-         version == SLEW_VERSION ? version : "the server is " + version + ", this is " SLEW_VERSION);
-    note("it takes requests", !server.draining, server.draining ? "it is shutting down" : "yes");
+         version == SLEW_VERSION
+             ? version
+             : "the server is " + version +
+                   ", this is " SLEW_VERSION
+                   "; what one does not know the other may refuse. Install the same on both");
+    note("it takes requests", !server.draining,
+         server.draining ? "it is shutting down; try again when it is back" : "yes");
   }
-  note("be let in", session->wait_for_server(seconds(options.connect_s)),
-       "requests, queries and answers are matched; if not, the security profile does not permit this client");
+  const bool is_let_in = session->wait_for_server(seconds(options.connect_s));
+  if (!note("be let in", is_let_in,
+            is_let_in
+                ? "requests, queries and answers are matched"
+                : "the server is heard but does not match requests: this client's certificate or permissions "
+                  "do not allow them (DDS tells no more), or the two speak other versions of the wire"))
+    return checks;
   const auto answer = session->query("list", R"({"limit":1})", seconds(3));
-  note("get an answer", answer && answer->is_ok(), answer ? "code " + answer->code : "silence for 3 s");
+  note("get an answer", answer && answer->is_ok(),
+       answer ? "code " + answer->code : "silence for 3 s: the server is there but stuck; its log may tell");
   return checks;
 }
 

@@ -4,34 +4,12 @@
 
 #include <filesystem>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "idl/wire/id.hpp"
+#include "server/series/series_file.hpp"
 #include "server/service/sample_store.hpp"
-#include "server/simulation/run.hpp"
 
 namespace slew::service {
-
-/// What to read back: channels by name (all when empty) and a span of simulated time, thinned evenly to at
-/// most `max_samples` (0: all).
-struct SeriesSelection {
-  std::vector<std::string> channels;
-  double from_s = -1e300;
-  double to_s = 1e300;
-  std::size_t max_samples = 0;
-};
-
-struct SeriesColumn {
-  std::string name;
-  std::string unit;
-  std::vector<double> values;
-};
-
-struct Series {
-  std::vector<double> t_s;
-  std::vector<SeriesColumn> columns;
-};
 
 /// Safe to use from several threads.
 class Archive {
@@ -47,6 +25,8 @@ class Archive {
   std::optional<Series> read(const wire::Id& experiment, const SeriesSelection& selection) const;
 
   void remove(const wire::Id& experiment) const;
+  /// Removes the oldest until the rest takes at most so much of the disk; how many it removed.
+  std::size_t trim(std::uintmax_t most_bytes) const;
   std::filesystem::path path(const wire::Id& experiment) const;
 
  private:

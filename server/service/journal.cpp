@@ -201,6 +201,22 @@ void update(sqlite3* database, const JournalEntry& entry) {
       .step();
 }
 
+// Acceptance comes before the end, so its index leads to the candidates.
+std::vector<wire::Id> remove_ended(sqlite3* database, std::int64_t before_unix_ns, std::size_t most) {
+  std::vector<wire::Id> ids;
+  {
+    Statement row(
+        database,
+        "SELECT experiment_id FROM experiment WHERE accepted_unix_ns < ?1 AND ended_unix_ns != 0 AND "
+        "ended_unix_ns < ?1 ORDER BY accepted_unix_ns LIMIT ?2");
+    row.bind(before_unix_ns).bind(static_cast<std::int64_t>(most));
+    while (row.step()) ids.push_back(row.id());
+  }
+  for (const wire::Id& id : ids)
+    Statement(database, "DELETE FROM experiment WHERE experiment_id = ?").bind(id).step();
+  return ids;
+}
+
 }  // namespace
 
 Journal::Journal(const std::filesystem::path& file)
@@ -227,7 +243,7 @@ Journal::~Journal() {
 void Journal::accept(JournalEntry entry, Committed committed) {
   {
     const std::lock_guard lock(mutex_);
-    pending_.push_back({true, std::move(entry), std::move(committed)});
+    pending_.push_back({Kind::accept, std::move(entry), std::move(committed)});
   }
   wake_.notify_one();
 }
@@ -235,7 +251,24 @@ void Journal::accept(JournalEntry entry, Committed committed) {
 void Journal::finish(JournalEntry entry, Committed committed) {
   {
     const std::lock_guard lock(mutex_);
-    pending_.push_back({false, std::move(entry), std::move(committed)});
+    pending_.push_back({Kind::finish, std::move(entry), std::move(committed)});
+  }
+  wake_.notify_one();
+}
+
+void Journal::remove_ended_before(std::int64_t unix_ns, std::size_t most,
+                                  std::function<void(const std::vector<wire::Id>&)> removed) {
+  auto ids = std::make_shared<std::vector<wire::Id>>();
+  {
+    const std::lock_guard lock(mutex_);
+    pending_.push_back({Kind::remove,
+                        {},
+                        [ids, removed = std::move(removed)](const std::string& error) {
+                          if (error.empty()) removed(*ids);
+                        },
+                        unix_ns,
+                        most,
+                        ids});
   }
   wake_.notify_one();
 }
@@ -276,8 +309,12 @@ void Journal::run() {
 std::string Journal::commit(std::vector<Operation>& batch) {
   try {
     if (std::string why = execute(database_, "BEGIN IMMEDIATE"); !why.empty()) return why;
-    for (const Operation& operation : batch)
-      operation.is_accept ? insert(database_, operation.entry) : update(database_, operation.entry);
+    for (const Operation& operation : batch) {
+      if (operation.kind == Kind::accept) insert(database_, operation.entry);
+      if (operation.kind == Kind::finish) update(database_, operation.entry);
+      if (operation.kind == Kind::remove)
+        *operation.removed = remove_ended(database_, operation.before_unix_ns, operation.most);
+    }
     std::string why = execute(database_, "COMMIT");
     if (!why.empty()) execute(database_, "ROLLBACK");
     return why;

@@ -58,14 +58,22 @@ class Journal {
   void accept(JournalEntry entry, Committed committed);
   /// Writes phase, times, t_sim_s and result of an accepted experiment.
   void finish(JournalEntry entry, Committed committed);
+  /// Removes experiments that ended before this, at most `most` at a time, oldest first; `removed` gets them,
+  /// after the commit, from the journal's thread.
+  void remove_ended_before(std::int64_t unix_ns, std::size_t most,
+                           std::function<void(const std::vector<wire::Id>&)> removed);
   /// Waits until everything handed over so far has been committed and its callbacks have returned.
   void flush();
 
  private:
+  enum class Kind { accept, finish, remove };
   struct Operation {
-    bool is_accept;
+    Kind kind;
     JournalEntry entry;
     Committed committed;
+    std::int64_t before_unix_ns = 0;
+    std::size_t most = 0;
+    std::shared_ptr<std::vector<wire::Id>> removed = nullptr;
   };
   void run();
   std::string commit(std::vector<Operation>& batch);

@@ -16,10 +16,12 @@ class Lateness {
     const double us = seconds * 1e6;
     bins_[bin(us)].fetch_add(1, std::memory_order_relaxed);
     count_.fetch_add(1, std::memory_order_relaxed);
+    sum_s_.fetch_add(seconds, std::memory_order_relaxed);
     if (seconds > max_s_.load(std::memory_order_relaxed)) max_s_.store(seconds, std::memory_order_relaxed);
   }
 
   std::uint64_t count() const { return count_.load(std::memory_order_relaxed); }
+  double sum_s() const { return sum_s_.load(std::memory_order_relaxed); }
   double max_s() const { return max_s_.load(std::memory_order_relaxed); }
 
   /// The upper edge of the bin that holds this quantile (0 to 1), at most max_s(); 0 when nothing was
@@ -66,6 +68,7 @@ class Lateness {
 
   std::array<std::atomic<std::uint32_t>, kBins> bins_{};
   std::atomic<std::uint64_t> count_{0};
+  std::atomic<double> sum_s_{0};
   std::atomic<double> max_s_{0};
 };
 

@@ -225,12 +225,19 @@ Queries::Answer Queries::series(const json& arguments) {
   } catch (const std::invalid_argument& error) {
     refuse("invalid", error.what());
   }
-  if (!series) refuse("unavailable", "experiment " + entry.experiment_id.hex() + " has no archived series");
+  if (!series)
+    refuse("unavailable", "experiment " + entry.experiment_id.hex() +
+                              " has no archived series (none was recorded, or it was removed to make room)");
   json channels = json::array();
   json columns = json::object();
   for (SeriesColumn& column : series->columns) {
-    channels.push_back({{"name", column.name}, {"unit", column.unit}});
-    columns[column.name] = std::move(column.values);
+    const Channel& channel = column.channel;
+    channels.push_back({{"name", channel.name},
+                        {"unit", channel.unit},
+                        {"frame", channel.frame},
+                        {"description", channel.description},
+                        {"group", column.group}});
+    columns[channel.name] = std::move(column.values);
   }
   return {"ok", text_of({{"experiment_id", entry.experiment_id.hex()},
                          {"channels", std::move(channels)},

@@ -17,6 +17,8 @@ namespace {
 
 // While this many flights wait for the disk, no new as-fast one is begun: their samples are in memory.
 constexpr std::size_t kLargestBacklog = 64;
+constexpr auto kTrimPeriod = std::chrono::seconds(60);
+constexpr std::size_t kRemovedAtOnce = 1000;
 
 std::string host_name() {
   char name[129] = {};
@@ -75,10 +77,11 @@ Server::Server(const ServerOptions& options)
       state_lock_(std::make_unique<StateLock>(options.state_directory)),
       server_id_(server_id(options.state_directory)),
       domain_(options.domain),
-      health_(domain_),
+      health_writer_(domain_),
       replies_(domain_),
       archive_(options.state_directory / "series"),
       admission_(options.pacers) {
+  if (options.metrics_port != 0) metrics_page_ = std::make_unique<MetricsPage>(options.metrics_port);
   const auto journal_file = options.state_directory / "journal.sqlite";
   journal_ = std::make_unique<Journal>(journal_file);
   publisher_ = std::make_unique<Publisher>(
@@ -97,6 +100,9 @@ Server::Server(const ServerOptions& options)
       Intake::Outlets{
           .launch = [this](const FlightPointer& flight) { launch(flight); },
           .wish = [this](const FlightPointer& flight, const Wishes& wishes) { wish(flight, wishes); }});
+  if (options.metrics_port != 0)
+    metrics_page_ = std::make_unique<MetricsPage>(
+        options.metrics_port, [this] { return health(); }, paced_->lateness());
   health_thread_ = std::thread([this] {
     name_this_thread("health");
     watch_health();
@@ -116,6 +122,7 @@ Server::~Server() {
   }
   health_wake_.notify_one();
   health_thread_.join();
+  metrics_page_.reset();
   draining_ = true;
   // Along the way a request takes, so that nothing is handed to what is gone.
   intake_.reset();
@@ -262,17 +269,33 @@ void Server::drain() {
                   finisher_->backlog());
 }
 
+// What is older or larger than what is to be kept. A little at a time: acceptances wait for the same journal.
+void Server::make_room() {
+  const auto oldest = unix_ns() - std::chrono::nanoseconds(from_seconds(options_.keep_days * 86400)).count();
+  journal_->remove_ended_before(oldest, kRemovedAtOnce, [this](const std::vector<wire::Id>& ids) {
+    for (const wire::Id& id : ids) archive_.remove(id);
+    if (!ids.empty()) spdlog::info("{} experiments were too old to be kept", ids.size());
+  });
+  const std::size_t removed = archive_.trim(static_cast<std::uintmax_t>(options_.keep_gib * 1073741824));
+  if (removed > 0) spdlog::info("{} series were removed to make room", removed);
+}
+
 void Server::watch_health() {
   const auto& most = limits();
-  auto next = Monotonic::now();
+  auto next = Monotonic::now(), next_trim = next;
   std::unique_lock lock(health_mutex_);
   while (!stopping_) {
     lock.unlock();
-    tell_health();
+    const auto now = Monotonic::now();
+    health_writer_.write(health());
     const auto age = from_seconds(most.retention_s);
     for (const FlightPointer& flight : registry_.take_expired(most.retained_experiments, age))
       publisher_->forget(flight);
     replies_.forget(2 * most.retained_experiments, age);
+    if (now >= next_trim) {
+      make_room();
+      next_trim = now + kTrimPeriod;
+    }
     sd_notify(0, "WATCHDOG=1");
     lock.lock();
     next += std::chrono::seconds(1);
@@ -280,7 +303,7 @@ void Server::watch_health() {
   }
 }
 
-void Server::tell_health() {
+slew_v1_Server Server::health() const {
   slew_v1_Server status{};
   server_id_.store(status.server_id);
   boot_id_.store(status.boot_id);
@@ -313,7 +336,7 @@ void Server::tell_health() {
   status.samples_published = publisher_->samples_published();
   status.samples_dropped = publisher_->samples_dropped();
   status.resident_bytes = resident_bytes();
-  health_.write(status);
+  return status;
 }
 
 }  // namespace slew::service

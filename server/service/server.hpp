@@ -16,6 +16,7 @@
 #include "server/service/finisher.hpp"
 #include "server/service/intake.hpp"
 #include "server/service/journal.hpp"
+#include "server/service/metrics_page.hpp"
 #include "server/service/paced_lane.hpp"
 #include "server/service/publisher.hpp"
 #include "server/service/queries.hpp"
@@ -30,7 +31,10 @@ struct ServerOptions {
   std::filesystem::path state_directory;
   std::size_t workers = 2;
   std::size_t pacers = 2;
-  double drain_s = 10;  ///< what is under way may take so long to end after SIGTERM
+  double keep_days = 90;  ///< what ended longer ago is removed, result and series
+  double keep_gib = 20;   ///< of series; the oldest make room
+  int metrics_port = 0;   ///< Prometheus text on loopback; 0: none
+  double drain_s = 10;    ///< what is under way may take so long to end after SIGTERM
 };
 
 class Server {
@@ -53,8 +57,9 @@ class Server {
   void wish(const FlightPointer& flight, const Wishes& wishes);
   void committed(const FlightPointer& flight);
   void recover();
-  void tell_health();
+  slew_v1_Server health() const;
   void watch_health();
+  void make_room();
 
   const ServerOptions options_;
   const std::int64_t started_unix_ns_;
@@ -63,7 +68,7 @@ class Server {
   wire::Id boot_id_ = wire::Id::make();
 
   wire::Domain domain_;
-  wire::Writer<slew_v1_Server> health_;
+  wire::Writer<slew_v1_Server> health_writer_;
   Registry registry_;
   Replies replies_;
   Archive archive_;
@@ -76,6 +81,7 @@ class Server {
   std::unique_ptr<Timetable> timetable_;
   std::unique_ptr<Queries> queries_;
   std::unique_ptr<Intake> intake_;
+  std::unique_ptr<MetricsPage> metrics_page_;
 
   std::atomic<bool> draining_{false};
   std::atomic<std::uint64_t> completed_{0}, failed_{0}, cancelled_{0}, interrupted_{0}, expired_{0};

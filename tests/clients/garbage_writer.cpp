@@ -8,7 +8,7 @@
 #include "idl/wire/text.hpp"
 #include "idl/wire/writer.hpp"
 #include "server/experiment/preset.hpp"
-#include "tests/clients/common.hpp"
+#include "tests/clients/arguments.hpp"
 
 namespace {
 

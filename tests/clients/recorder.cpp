@@ -6,7 +6,7 @@
 #include "client/library/telemetry.hpp"
 #include "idl/wire/phase.hpp"
 #include "idl/wire/text.hpp"
-#include "tests/clients/common.hpp"
+#include "tests/clients/arguments.hpp"
 
 namespace {
 

@@ -11,7 +11,7 @@
 #include "idl/wire/waitset.hpp"
 #include "idl/wire/writer.hpp"
 #include "server/experiment/preset.hpp"
-#include "tests/clients/common.hpp"
+#include "tests/clients/arguments.hpp"
 
 namespace {
 

@@ -4,7 +4,7 @@
 
 #include "idl/wire/reader.hpp"
 #include "idl/wire/waitset.hpp"
-#include "tests/clients/common.hpp"
+#include "tests/clients/arguments.hpp"
 
 int main(int argc, char** argv) {
   using namespace slew;

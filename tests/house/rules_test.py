@@ -22,6 +22,7 @@ LEVELS = {
     "server/guidance": 8,
     "server/simulation": 9,
     "server/experiment": 10,
+    "server/series": 10,
     "server/service": 11,
 }
 LIBRARY_TOP = LEVELS["server/simulation"]

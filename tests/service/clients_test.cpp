@@ -21,8 +21,8 @@ class Client {
  public:
   Client(const ServerUnderTest& server, const std::string& program, std::vector<std::string> arguments)
       : output_(server.state() / (program + std::to_string(++number))) {
-    arguments.insert(arguments.begin(),
-                     {std::string(SLEW_CLIENTS) + "/" + program, "--domain", std::to_string(server.domain()), "--json"});
+    arguments.insert(arguments.begin(), {std::string(SLEW_CLIENTS) + "/" + program, "--domain",
+                                         std::to_string(server.domain()), "--json"});
     process_ = Process(arguments, output_);
   }
   int wait() { return process_.wait(std::chrono::minutes(5)); }
@@ -58,7 +58,8 @@ TEST(Clients, ExplainThemselves) {
     EXPECT_EQ(run({path, "--no-such-option"}).exit_code, 2) << program;
   }
   const DomainLease nobody;
-  EXPECT_EQ(run({std::string(SLEW_CLIENTS) + "/requester", "--domain", std::to_string(nobody.domain()), "--for", "1"})
+  EXPECT_EQ(run({std::string(SLEW_CLIENTS) + "/requester", "--domain", std::to_string(nobody.domain()),
+                 "--for", "1"})
                 .exit_code,
             3);
 }
@@ -98,8 +99,8 @@ TEST(Clients, GarbageHarmsNobody) {
 
 TEST(Clients, WhoStallsOrDiesChangesNoNumbers) {
   const ServerUnderTest server;
-  const std::vector<std::string> request{"run",   "--preset", kPreset, "--set", "timing.mode=real_time",
-                                         "--set", "telemetry.publish_max_hz=100"};
+  const std::vector<std::string> request{
+      "run", "--preset", kPreset, "--set", "timing.mode=real_time", "--set", "telemetry.publish_max_hz=100"};
   const json alone = server.document(request);
   Client stalled(server, "stalling_subscriber", {"--after", "0.3", "--for", "8", "--lossless"});
   Client dying(server, "stalling_subscriber", {"--after", "0.3", "--for", "2", "--die"});
@@ -125,7 +126,8 @@ TEST(Clients, AFloodDelaysNobodyElse) {
   EXPECT_EQ(flood.wait(), 0);
   const json flooded = flood.report(), others = other.report();
   EXPECT_EQ(flooded.at("unanswered"), 0);
-  EXPECT_EQ(flooded.at("ended").value("completed", 0) + flooded.at("rejected").value("busy", 0), 10000) << flooded;
+  EXPECT_EQ(flooded.at("ended").value("completed", 0) + flooded.at("rejected").value("busy", 0), 10000)
+      << flooded;
   EXPECT_EQ(others.at("ended").at("completed"), 8);
   EXPECT_LE(others.at("to_end_s").at("max").get<double>(), 2) << others;
   EXPECT_LT(server.document({"server"}).at(0).at("resident_bytes").get<double>(), 1e9);

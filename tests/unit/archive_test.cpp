@@ -32,9 +32,9 @@ TEST(Archive, GivesBackWhatItTook) {
   ASSERT_TRUE(series);
   ASSERT_EQ(series->t_s.size(), 1000u);
   ASSERT_EQ(series->columns.size(), 9u);
-  EXPECT_EQ(series->columns[0].name, "angle_rad");  // in the order of the channel table
-  EXPECT_EQ(series->columns[4].name, "torque_N_m");
-  EXPECT_EQ(series->columns[4].unit, "N m");
+  EXPECT_EQ(series->columns[0].channel.name, "angle_rad");  // in the order of the channel table
+  EXPECT_EQ(series->columns[4].channel.name, "torque_N_m");
+  EXPECT_EQ(series->columns[4].channel.unit, "N m");
   for (std::size_t i = 0; i < 1000; ++i) EXPECT_EQ(series->columns[4].values[i], 5 * series->t_s[i]);
   EXPECT_FALSE(archive.read(wire::Id::make(), {}));
 }
@@ -68,6 +68,20 @@ TEST(Archive, ADamagedFileIsAnErrorAndNoCrash) {
     std::filesystem::resize_file(archive.path(id), left);
     EXPECT_THROW(archive.read(id, {}), std::runtime_error) << left;
   }
+}
+
+TEST(Archive, TrimsTheOldest) {
+  const test::TemporaryDirectory directory;
+  const Archive archive(directory.path());
+  std::vector<wire::Id> ids;
+  for (int i = 0; i < 5; ++i) {
+    ids.push_back(wire::Id::make());
+    archive.write(ids.back(), single_axis_channels(), samples(100));
+  }
+  const auto size = std::filesystem::file_size(archive.path(ids[0]));
+  EXPECT_EQ(archive.trim(5 * size), 0u);
+  EXPECT_EQ(archive.trim(2 * size + size / 2), 3u);
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(archive.read(ids[i], {}).has_value(), i >= 3) << i;
 }
 
 TEST(Archive, RemovesWhatAnInterruptedWriteLeft) {

@@ -1,0 +1,154 @@
+// From another host: two network namespaces with a cable between them, and nothing shared but the programs.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/service/process.hpp"
+#include "tests/service/server_under_test.hpp"
+
+namespace {
+
+using namespace slew;
+using namespace slew::test;
+using nlohmann::json;
+
+const std::string kPreset = "agrawal-bang-1995/rigid-single-sided";
+const std::string kProfile = std::string(SLEW_SOURCE_DIR) + "/deploy/dds/unicast.xml";
+
+std::string ip_program() {
+  for (const char* path : {"/usr/sbin/ip", "/sbin/ip", "/usr/bin/ip"})
+    if (std::filesystem::exists(path)) return path;
+  return "";
+}
+
+bool ip(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), ip_program());
+  return run(arguments).exit_code == 0;
+}
+
+// Two hosts and their cable, taken down whatever happens.
+class TwoHosts {
+ public:
+  TwoHosts() {
+    if (ip_program().empty()) {
+      why_not_ = "iproute2 is not installed";
+      return;
+    }
+    if (!ip({"netns", "add", ship_}) || !ip({"netns", "add", ground_})) {
+      why_not_ = "this system does not permit network namespaces";
+      return;
+    }
+    const bool is_up = ip({"-n", ship_, "link", "add", "cable0", "type", "veth", "peer", "name", "cable1", "netns",
+                           ground_}) &&
+                       ip({"-n", ship_, "addr", "add", "10.231.44.1/24", "dev", "cable0"}) &&
+                       ip({"-n", ground_, "addr", "add", "10.231.44.2/24", "dev", "cable1"}) &&
+                       ip({"-n", ship_, "link", "set", "lo", "up"}) && ip({"-n", ground_, "link", "set", "lo", "up"}) &&
+                       ip({"-n", ship_, "link", "set", "cable0", "up"}) &&
+                       ip({"-n", ground_, "link", "set", "cable1", "up"});
+    if (!is_up) why_not_ = "this system does not permit veth pairs";
+  }
+  ~TwoHosts() {
+    ip({"netns", "del", ship_});
+    ip({"netns", "del", ground_});
+  }
+
+  const std::string& why_not() const { return why_not_; }
+  std::vector<std::string> on_ship(const std::vector<std::string>& command) const {
+    return at(ship_, {"SLEW_INTERFACE=cable0"}, command);
+  }
+  // Its working directory and its home are its own.
+  std::vector<std::string> on_ground(const std::vector<std::string>& command) const {
+    return at(ground_, {"-C", home_.path().string(), "SLEW_INTERFACE=cable1", "SLEW_PEER=10.231.44.1"}, command);
+  }
+  const std::filesystem::path& home() const { return home_.path(); }
+
+ private:
+  std::vector<std::string> at(const std::string& host, const std::vector<std::string>& environment,
+                              const std::vector<std::string>& command) const {
+    std::vector<std::string> line{ip_program(), "netns", "exec", host, "/usr/bin/env", "-i"};
+    line.insert(line.end(), environment.begin(), environment.end());
+    line.insert(line.end(), {"PATH=/usr/bin:/bin", "HOME=" + home_.path().string(), "SLEW_DDS_PROFILE=" + kProfile});
+    line.insert(line.end(), command.begin(), command.end());
+    return line;
+  }
+
+  const std::string ship_ = "slewship" + std::to_string(getpid());
+  const std::string ground_ = "slewground" + std::to_string(getpid());
+  const TemporaryDirectory home_;
+  std::string why_not_;
+};
+
+class SecondHost : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (!hosts_.why_not().empty())
+      GTEST_SKIP() << "NOT TESTED FROM A SECOND HOST: " << hosts_.why_not();
+    server_ = Process(hosts_.on_ship({SLEWD, "--domain", "5", "--state-dir", state_.path().string()}),
+                      state_.path() / "log");
+  }
+
+  Finished ctl(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), {SLEWCTL, "--domain", "5", "--connect", "10"});
+    return run(hosts_.on_ground(arguments));
+  }
+  json document(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), "--json");
+    const Finished finished = ctl(std::move(arguments));
+    EXPECT_EQ(finished.exit_code, 0) << finished.errors;
+    return json::parse(finished.output, nullptr, false);
+  }
+
+  TwoHosts hosts_;
+  TemporaryDirectory state_;
+  Process server_;
+};
+
+TEST_F(SecondHost, DoesEverything) {
+  ASSERT_EQ(ctl({"doctor"}).exit_code, 0) << ctl({"doctor"}).output;
+
+  // Submit, watch, result: the bits are those of this host.
+  const json submitted = document({"submit", "--preset", kPreset, "--set", "timing.mode=real_time"});
+  const std::string id = submitted.at("experiment_id");
+  const Finished watched = ctl({"watch", id, "--csv", "--for", "30"});
+  EXPECT_EQ(watched.exit_code, 0) << watched.errors;
+  EXPECT_NE(watched.output.find("angle_rad"), std::string::npos) << watched.output;
+  EXPECT_GT(std::count(watched.output.begin(), watched.output.end(), '\n'), 50);
+  const json result = document({"result", id});
+  const ServerUnderTest here;
+  EXPECT_EQ(result.at("provenance").at("digest"),
+            here.document({"run", "--preset", kPreset}).at("provenance").at("digest"));
+
+  // What is archived comes over the wire too.
+  const json series = document({"series", id});
+  EXPECT_EQ(series.at("t_s").size(), 206u);
+  EXPECT_EQ(ctl({"plot", id, "slew.png"}).exit_code, 0);
+  EXPECT_GT(std::filesystem::file_size(hosts_.home() / "slew.png"), 5000u);
+  EXPECT_EQ(ctl({"export", id, "--csv", "slew.csv", "--hdf5", "slew.h5"}).exit_code, 0);
+  EXPECT_GT(std::filesystem::file_size(hosts_.home() / "slew.csv"), 5000u);
+  EXPECT_EQ(document({"show", id}).at("phase"), "completed");
+  EXPECT_EQ(document({"list"}).at("total"), 1);
+  EXPECT_EQ(document({"history"}).at("experiments").at(0).at("experiment_id"), id);
+
+  // Control.
+  const std::string held =
+      document({"submit", "--preset", kPreset, "--set", "timing.start=held"}).at("experiment_id");
+  EXPECT_EQ(ctl({"resume", held}).exit_code, 0);
+  const std::string cancelled =
+      document({"submit", "--preset", kPreset, "--set", "timing.start=held"}).at("experiment_id");
+  EXPECT_EQ(ctl({"cancel", cancelled}).exit_code, 0);
+  for (int i = 0; i < 200 && document({"show", cancelled}).at("phase") != "cancelled"; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  EXPECT_EQ(document({"show", cancelled}).at("phase"), "cancelled");
+  EXPECT_EQ(document({"result", held}).at("phase"), "completed");
+
+  // Bad requests are told from afar as well.
+  EXPECT_EQ(ctl({"run", "--preset", "no/such"}).exit_code, 2);
+}
+
+}  // namespace
