@@ -100,9 +100,7 @@ Server::Server(const ServerOptions& options)
       Intake::Outlets{
           .launch = [this](const FlightPointer& flight) { launch(flight); },
           .wish = [this](const FlightPointer& flight, const Wishes& wishes) { wish(flight, wishes); }});
-  if (options.metrics_port != 0)
-    metrics_page_ = std::make_unique<MetricsPage>(
-        options.metrics_port, [this] { return health(); }, paced_->lateness());
+  if (metrics_page_) metrics_page_->serve([this] { return health(); }, paced_->lateness());
   health_thread_ = std::thread([this] {
     name_this_thread("health");
     watch_health();
