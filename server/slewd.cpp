@@ -108,7 +108,7 @@ int main(int argc, char** argv) {
     sigwait(&signals, &signal_number);
     spdlog::info("{} received", strsignal(signal_number));
     // A second signal does not wait for the drain.
-    std::thread impatience([&signals] {
+    std::thread impatience([signals] {
       int second = 0;
       sigwait(&signals, &second);
       std::_Exit(kCannotServe);

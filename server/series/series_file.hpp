@@ -34,8 +34,8 @@ struct Series {
 /// Column 0 is the time, s; then come the channels, those of the state first.
 using ColumnSource = std::function<std::vector<double>(std::size_t)>;
 
-/// The file as it will stand on the disk, made in memory: nothing of HDF5 is locked while the disk works. Safe
-/// to call from several threads. Throws std::runtime_error.
+/// The file as it will stand on the disk, made in memory: nothing of HDF5 is locked while the disk works.
+/// Safe to call from several threads. Throws std::runtime_error.
 std::vector<char> series_image(const ChannelTable& channels, const ColumnSource& column);
 
 /// Safe to call from several threads. Throws std::invalid_argument for an unknown channel and

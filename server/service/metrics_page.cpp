@@ -36,7 +36,8 @@ MetricFamily counter(const char* name, const char* help, Number value) {
 }
 
 MetricFamily ended(const slew_v1_Server& health) {
-  MetricFamily family{"slewd_experiments_ended_total", "experiments that ended, by phase", MetricType::Counter, {}};
+  MetricFamily family{
+      "slewd_experiments_ended_total", "experiments that ended, by phase", MetricType::Counter, {}};
   const auto add = [&](const char* phase, std::uint64_t count) {
     ClientMetric metric;
     metric.label.push_back({"phase", phase});
@@ -74,7 +75,8 @@ MetricFamily histogram(const Lateness& lateness) {
 
 std::vector<MetricFamily> families(const slew_v1_Server& health, const Lateness& lateness) {
   return {version(health),
-          gauge("slewd_start_time_seconds", "when the server was started, since 1970", 1e-9 * static_cast<double>(health.started_unix_ns)),
+          gauge("slewd_start_time_seconds", "when the server was started, since 1970",
+                1e-9 * static_cast<double>(health.started_unix_ns)),
           gauge("slewd_queued", "as-fast experiments that wait for their turn", health.queued),
           gauge("slewd_queue_limit", "experiments that may be alive at once", health.queue_limit),
           gauge("slewd_running", "experiments under way", health.running),
@@ -91,7 +93,8 @@ std::vector<MetricFamily> families(const slew_v1_Server& health, const Lateness&
           counter("slewd_samples_malformed_total", "samples on the wire that were not worth a reply",
                   health.malformed),
           counter("slewd_telemetry_published_total", "telemetry samples sent", health.samples_published),
-          counter("slewd_telemetry_dropped_total", "telemetry samples lost to full rings", health.samples_dropped),
+          counter("slewd_telemetry_dropped_total", "telemetry samples lost to full rings",
+                  health.samples_dropped),
           ended(health),
           histogram(lateness)};
 }
@@ -116,7 +119,7 @@ MetricsPage::MetricsPage(int port) : page_(std::make_unique<Page>()) {
 
 void MetricsPage::serve(std::function<slew_v1_Server()> health, const Lateness& lateness) {
   page_->server.Get("/metrics", [health = std::move(health), &lateness](const httplib::Request&,
-                                                                         httplib::Response& response) {
+                                                                        httplib::Response& response) {
     response.set_content(prometheus::TextSerializer().Serialize(families(health(), lateness)),
                          "text/plain; version=0.0.4");
   });

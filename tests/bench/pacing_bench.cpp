@@ -224,7 +224,8 @@ int main(int argc, char** argv) {
   std::printf("\nas-fast load: %.0f simulated s/s alone, %.0f beside them: %.1f %% less\n", calm_rate,
               busy_rate, 100 * (1 - busy_rate / calm_rate));
   double given = 0;
-  for (const auto& [name, spent] : busy_end.processor) {
+  for (const auto& entry : busy_end.processor) {
+    const std::string& name = entry.first;
     const auto share = [&](const Reading& a, const Reading& b) {
       const auto then = a.processor.find(name), now = b.processor.find(name);
       return ((now == b.processor.end() ? 0 : now->second) - (then == a.processor.end() ? 0 : then->second)) /

@@ -17,7 +17,8 @@ using namespace slew::test;
 using nlohmann::json;
 
 Finished doctor(std::uint32_t domain, std::vector<std::string> more = {}) {
-  std::vector<std::string> arguments{SLEWCTL, "--domain", std::to_string(domain), "--connect", "1", "--json", "doctor"};
+  std::vector<std::string> arguments{SLEWCTL,  "--domain", std::to_string(domain), "--connect", "1",
+                                     "--json", "doctor"};
   arguments.insert(arguments.begin() + 1, more.begin(), more.end());
   return run(arguments);
 }
@@ -61,15 +62,17 @@ TEST(Doctor, WrongDomain) {
   const DomainLease nobody;
   const json found = trouble(doctor(nobody.domain()));
   EXPECT_EQ(found.at("check"), "hear a server");
-  EXPECT_NE(found.at("found").get<std::string>().find("domain " + std::to_string(nobody.domain())), std::string::npos);
+  EXPECT_NE(found.at("found").get<std::string>().find("domain " + std::to_string(nobody.domain())),
+            std::string::npos);
 }
 
 TEST(Doctor, WrongInterface) {
   const DomainLease nobody;
   const TemporaryDirectory directory;
   const auto profile = directory.path() / "profile.xml";
-  std::ofstream(profile) << R"(<CycloneDDS><Domain id="any"><General><Interfaces><NetworkInterface name="nowhere0"/>)"
-                         << "</Interfaces></General></Domain></CycloneDDS>";
+  std::ofstream(profile)
+      << R"(<CycloneDDS><Domain id="any"><General><Interfaces><NetworkInterface name="nowhere0"/>)"
+      << "</Interfaces></General></Domain></CycloneDDS>";
   const json found = trouble(doctor(nobody.domain(), {"--dds-profile", profile.string()}));
   EXPECT_EQ(found.at("check"), "enter the domain");
   const auto words = found.at("found").get<std::string>();

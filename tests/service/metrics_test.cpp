@@ -23,7 +23,8 @@ TEST(Metrics, TellWhatTheServerCounts) {
   ASSERT_EQ(server.ctl({"run", "--preset", preset}).exit_code, 0);
   ASSERT_EQ(server.ctl({"run", "--preset", preset, "--set", "timing.mode=real_time"}).exit_code, 0);
   ASSERT_EQ(server.ctl({"run", "--preset", "no/such"}).exit_code, 2);
-  const Finished got = run({"/usr/bin/curl", "-sS", "--noproxy", "*", "http://127.0.0.1:" + port + "/metrics"});
+  const Finished got =
+      run({"/usr/bin/curl", "-sS", "--noproxy", "*", "http://127.0.0.1:" + port + "/metrics"});
   ASSERT_EQ(got.exit_code, 0) << got.errors;
   const std::string& page = got.output;
   EXPECT_EQ(value_of(page, "slewd_requests_accepted_total"), 2) << page;

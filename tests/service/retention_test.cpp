@@ -32,7 +32,8 @@ TEST(Retention, WhatIsTooOldIsGoneWithItsSeries) {
 TEST(Retention, TheOldestSeriesMakeRoomAndResultsStay) {
   ServerUnderTest server({"--keep-gib", "0.00003"});  // 32 KiB
   std::vector<std::string> ids;
-  for (int i = 0; i < 4; ++i) ids.push_back(server.document({"run", "--preset", kPreset}).at("experiment_id"));
+  for (int i = 0; i < 4; ++i)
+    ids.push_back(server.document({"run", "--preset", kPreset}).at("experiment_id"));
   server.stop();
   server.start();
   for (int i = 0; i < 100 && server.ctl({"series", ids.front()}).exit_code == 0; ++i)
@@ -50,10 +51,10 @@ TEST(Retention, SeriesOpenInH5py) {
   const std::string id = server.document({"run", "--preset", kPreset}).at("experiment_id");
   const auto exported = server.state() / "exported.h5";
   const auto table = server.state() / "exported.csv";
-  const json told =
-      server.document({"export", id, "--hdf5", exported.string(), "--csv", table.string()});
+  const json told = server.document({"export", id, "--hdf5", exported.string(), "--csv", table.string()});
   EXPECT_EQ(told.at("files").size(), 2u);
-  const Finished read = run({"/usr/bin/python3", "-c", R"py(
+  const Finished read =
+      run({"/usr/bin/python3", "-c", R"py(
 import csv, sys, h5py
 kept, exported = h5py.File(sys.argv[1]), h5py.File(sys.argv[2])
 rows = list(csv.DictReader(open(sys.argv[3])))
@@ -69,7 +70,7 @@ for name in names:
 assert text(exported["state/rate_rad_s"].attrs["unit"]) == "rad/s"
 assert [float(row["angle_rad"]) for row in rows] == list(kept["state/angle_rad"][:])
 )py",
-                             (server.state() / "series" / (id + ".h5")).string(), exported.string(), table.string()});
+           (server.state() / "series" / (id + ".h5")).string(), exported.string(), table.string()});
   EXPECT_EQ(read.exit_code, 0) << read.errors;
 }
 

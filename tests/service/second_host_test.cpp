@@ -44,11 +44,12 @@ class TwoHosts {
       why_not_ = "this system does not permit network namespaces";
       return;
     }
-    const bool is_up = ip({"-n", ship_, "link", "add", "cable0", "type", "veth", "peer", "name", "cable1", "netns",
-                           ground_}) &&
+    const bool is_up = ip({"-n", ship_, "link", "add", "cable0", "type", "veth", "peer", "name", "cable1",
+                           "netns", ground_}) &&
                        ip({"-n", ship_, "addr", "add", "10.231.44.1/24", "dev", "cable0"}) &&
                        ip({"-n", ground_, "addr", "add", "10.231.44.2/24", "dev", "cable1"}) &&
-                       ip({"-n", ship_, "link", "set", "lo", "up"}) && ip({"-n", ground_, "link", "set", "lo", "up"}) &&
+                       ip({"-n", ship_, "link", "set", "lo", "up"}) &&
+                       ip({"-n", ground_, "link", "set", "lo", "up"}) &&
                        ip({"-n", ship_, "link", "set", "cable0", "up"}) &&
                        ip({"-n", ground_, "link", "set", "cable1", "up"});
     if (!is_up) why_not_ = "this system does not permit veth pairs";
@@ -64,7 +65,8 @@ class TwoHosts {
   }
   // Its working directory and its home are its own.
   std::vector<std::string> on_ground(const std::vector<std::string>& command) const {
-    return at(ground_, {"-C", home_.path().string(), "SLEW_INTERFACE=cable1", "SLEW_PEER=10.231.44.1"}, command);
+    return at(ground_, {"-C", home_.path().string(), "SLEW_INTERFACE=cable1", "SLEW_PEER=10.231.44.1"},
+              command);
   }
   const std::filesystem::path& home() const { return home_.path(); }
 
@@ -73,7 +75,10 @@ class TwoHosts {
                               const std::vector<std::string>& command) const {
     std::vector<std::string> line{ip_program(), "netns", "exec", host, "/usr/bin/env", "-i"};
     line.insert(line.end(), environment.begin(), environment.end());
-    line.insert(line.end(), {"PATH=/usr/bin:/bin", "HOME=" + home_.path().string(), "SLEW_DDS_PROFILE=" + kProfile});
+    line.insert(line.end(),
+                {"PATH=/usr/bin:/bin", "HOME=" + home_.path().string(), "SLEW_DDS_PROFILE=" + kProfile});
+    for (const char* sanitizers : {"ASAN_OPTIONS", "TSAN_OPTIONS", "UBSAN_OPTIONS"})
+      if (const char* value = std::getenv(sanitizers)) line.push_back(std::string(sanitizers) + "=" + value);
     line.insert(line.end(), command.begin(), command.end());
     return line;
   }
@@ -87,8 +92,7 @@ class TwoHosts {
 class SecondHost : public testing::Test {
  protected:
   void SetUp() override {
-    if (!hosts_.why_not().empty())
-      GTEST_SKIP() << "NOT TESTED FROM A SECOND HOST: " << hosts_.why_not();
+    if (!hosts_.why_not().empty()) GTEST_SKIP() << "NOT TESTED FROM A SECOND HOST: " << hosts_.why_not();
     server_ = Process(hosts_.on_ship({SLEWD, "--domain", "5", "--state-dir", state_.path().string()}),
                       state_.path() / "log");
   }

@@ -1,7 +1,9 @@
 #include "tests/service/server_under_test.hpp"
 
 #include <gtest/gtest.h>
+
 #include <signal.h>
+#include <iostream>
 
 #include <fstream>
 #include <sstream>
@@ -24,7 +26,11 @@ void ServerUnderTest::start() {
 
 int ServerUnderTest::stop() {
   process_.signal(SIGTERM);
-  return process_.wait(std::chrono::seconds(60));
+  const int code = process_.wait(std::chrono::seconds(60));
+  // A sanitizer's findings are in there.
+  if (code != 0)
+    std::cerr << "the server ended with " << code << "; the end of its log:\n" << log().substr(0, 20000);
+  return code;
 }
 
 void ServerUnderTest::kill() {
