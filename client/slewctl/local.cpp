@@ -105,7 +105,7 @@ int describe(const Options& options) {
     print_json(description);
     return kDone;
   }
-  std::vector<std::vector<std::string>> rows{{"", ""}};
+  std::vector<std::vector<std::string>> rows{{std::string("what"), std::string("value")}};
   for (const auto& [key, value] : description.items())
     if (key != "request" && key != "warnings") add_rows(rows, key, value);
   std::cout << table(rows);

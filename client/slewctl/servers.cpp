@@ -139,8 +139,9 @@ int server(const Options& options) {
     return kDone;
   }
   for (const auto& status : servers) {
-    std::vector<std::vector<std::string>> rows{{"", ""}};
-    for (const auto& [key, value] : server_document(status).items())
+    std::vector<std::vector<std::string>> rows{{std::string("what"), std::string("value")}};
+    const json document = server_document(status);
+    for (const auto& [key, value] : document.items())
       rows.push_back({key, value.is_string() ? value.get<std::string>() : value.dump()});
     std::cout << table(rows);
   }

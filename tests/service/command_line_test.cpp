@@ -127,6 +127,38 @@ TEST(CommandLine, DoctorAndServerSeeIt) {
   EXPECT_EQ(server.document({"server"}).at(0).at("draining"), false);
 }
 
+// The form for people, of every command that prints one.
+TEST(CommandLine, EveryCommandSpeaksToPeople) {
+  const ServerUnderTest server;
+  const std::string preset = "agrawal-bang-1995/rigid-single-sided";
+  const std::string id = server.document({"run", "--preset", preset}).at("experiment_id");
+  const auto request = server.state() / "request.json";
+  std::ofstream(request) << R"({"preset":"agrawal-bang-1995/rigid-single-sided"})";
+  const std::vector<std::vector<std::string>> commands = {{"presets"},
+                                                          {"presets", "show", preset},
+                                                          {"schema"},
+                                                          {"schema", "request"},
+                                                          {"schema", "limits"},
+                                                          {"validate", request.string()},
+                                                          {"describe", "--preset", preset},
+                                                          {"server"},
+                                                          {"doctor"},
+                                                          {"list"},
+                                                          {"history"},
+                                                          {"show", id},
+                                                          {"result", id},
+                                                          {"series", id},
+                                                          {"plot", id},
+                                                          {"watch", id},
+                                                          {"run", "--preset", preset, "--verify"},
+                                                          {"run", "--preset", preset, "--plot", "-"}};
+  for (const auto& command : commands) {
+    const Finished finished = server.ctl(command);
+    EXPECT_EQ(finished.exit_code, 0) << command.front() << ": " << finished.errors;
+    EXPECT_GT(finished.output.size(), 10u) << command.front();
+  }
+}
+
 TEST(CommandLine, ABadProfileIsToldInDdsOwnWords) {
   const ServerUnderTest server({}, false);
   const auto profile = server.state() / "bad.xml";
