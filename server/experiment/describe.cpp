@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "server/experiment/experiment.hpp"
+#include "server/propagation/modal_basis.hpp"
 
 namespace slew {
 namespace {
@@ -55,6 +56,35 @@ json predictions(const SingleAxisSpecification& spec) {
   return document;
 }
 
+// Frequencies clamped as they were given; free, as an observer of the attitude sees them.
+json plant(const SingleAxisSpecification& spec) {
+  json document = {{"type", spec.plant.modes.empty() ? "rigid_axis" : "flexible_axis"},
+                   {"inertia_kg_m2", spec.plant.inertia_kg_m2},
+                   {"acceleration_deg_s2", spec.actuator.torque_N_m / spec.plant.inertia_kg_m2 * kDegPerRad}};
+  // Two at the origin: momentum is conserved.
+  json poles = {{0.0, 0.0}, {0.0, 0.0}};
+  if (!spec.plant.modes.empty()) {
+    const ModalBasis basis(spec.plant);
+    json clamped = json::array(), free = json::array(), damped = json::array(), ratios = json::array();
+    for (const ElasticMode& mode : spec.plant.modes)
+      clamped.push_back(mode.frequency_rad_s / (2 * std::numbers::pi));
+    for (const double w : basis.free_frequencies_rad_s()) free.push_back(w / (2 * std::numbers::pi));
+    for (const auto& lambda : basis.lambda()) {
+      damped.push_back(lambda.imag() / (2 * std::numbers::pi));
+      ratios.push_back(-lambda.real() / std::abs(lambda));
+      poles.push_back({lambda.real(), lambda.imag()});
+      if (lambda.imag() != 0) poles.push_back({lambda.real(), -lambda.imag()});
+    }
+    document["residual_inertia_kg_m2"] = residual_inertia_kg_m2(spec.plant);
+    document["clamped_frequencies_hz"] = std::move(clamped);
+    document["free_frequencies_hz"] = std::move(free);
+    document["free_damped_frequencies_hz"] = std::move(damped);
+    document["free_damping_ratios"] = std::move(ratios);
+  }
+  document["poles_rad_s"] = std::move(poles);
+  return document;
+}
+
 // What the run asks of the machine.
 json size(const SingleAxisSpecification& spec) {
   const double step_s = spec.sample_period_s.value_or(spec.actuator.minimum_on_time_s);
@@ -73,11 +103,7 @@ json describe(const Prepared& prepared) {
     regularisation = {{"type", "sampled"}, {"period_s", *spec.sample_period_s}};
   else
     regularisation = {{"type", "minimum_on_time"}, {"minimum_on_time_s", spec.actuator.minimum_on_time_s}};
-  return {{"plant",
-           {{"type", "rigid_axis"},
-            {"inertia_kg_m2", spec.plant.inertia_kg_m2},
-            {"acceleration_deg_s2", spec.actuator.torque_N_m / spec.plant.inertia_kg_m2 * kDegPerRad},
-            {"poles_rad_s", {0, 0}}}},
+  return {{"plant", plant(spec)},
           {"law",
            {{"type", "switching_function"},
             {"error_factor", g},
@@ -85,7 +111,7 @@ json describe(const Prepared& prepared) {
             {"curvature_s2", law.curvature()},
             {"band_deg", {law.lower_rad() * kDegPerRad, law.upper_rad() * kDegPerRad}}}},
           {"regularisation", std::move(regularisation)},
-          {"predictions", predictions(spec)},
+          {"predictions", spec.plant.modes.empty() ? predictions(spec) : json(nullptr)},
           {"size", size(spec)},
           {"warnings", prepared.warnings},
           {"request", json::parse(prepared.resolved)}};

@@ -110,6 +110,12 @@ SingleAxisSpecification specify(const json& request) {
 
   SingleAxisSpecification spec;
   spec.plant.inertia_kg_m2 = request.at("plant").at("inertia_kg_m2");
+  if (const auto modes = request.at("plant").find("modes"); modes != request.at("plant").end())
+    for (const json& mode : *modes)
+      spec.plant.modes.push_back(
+          {.frequency_rad_s = 2 * std::numbers::pi * mode.at("frequency_hz").get<double>(),
+           .damping = mode.at("damping_ratio"),
+           .coupling_sqrt_kg_m = mode.at("coupling_sqrt_kg_m")});
   spec.maneuver = {.initial_angle_rad = radians(maneuver.at("initial_angle_deg")),
                    .initial_rate_rad_s = radians(maneuver.at("initial_rate_deg_s")),
                    .final_angle_rad = radians(maneuver.at("final_angle_deg"))};
@@ -185,6 +191,9 @@ std::vector<std::string> warnings_about(const SingleAxisSpecification& spec) {
   if (std::abs(spec.disturbance_torque_N_m) >= spec.actuator.torque_N_m)
     warnings.push_back(
         "the disturbance is not smaller than the thrusters' torque: they cannot hold against it");
+  for (std::size_t i = 0; i < spec.plant.modes.size(); ++i)
+    if (spec.plant.modes[i].damping < 0)
+      warnings.push_back("mode " + std::to_string(i + 1) + " has negative damping: it grows by itself");
   return warnings;
 }
 

@@ -93,6 +93,21 @@ std::vector<Violation> physics_violations(const json& request,
       violate("/timing/start", "this is no time to start at", shortened(*start),
               "\"now\", \"held\", or a time in UTC such as \"2026-11-24T12:00:00Z\"");
   }
+  if (const json* modes = fields.at("/plant/modes"); modes && modes->is_array()) {
+    const auto inertia = fields.number("/plant/inertia_kg_m2");
+    double coupled = 0;
+    bool is_sound = inertia.has_value();
+    for (std::size_t i = 0; i < modes->size() && is_sound; ++i) {
+      const auto coupling = fields.number("/plant/modes/" + std::to_string(i) + "/coupling_sqrt_kg_m");
+      is_sound = coupling.has_value();
+      coupled += coupling.value_or(0) * coupling.value_or(0);
+    }
+    if (is_sound && *inertia <= coupled)
+      violate("/plant/inertia_kg_m2",
+              "the modes carry more inertia than the spacecraft has: I - sum D^2 must be "
+              "positive",
+              number(*inertia), "more than sum D^2, " + number(coupled));
+  }
   if (!duration_s) return violations;
 
   // What is legal by itself may be too much together.

@@ -96,6 +96,61 @@ std::optional<SideCrossing> side_crossing(const QuadraticArc<double>& arc, const
   return std::nullopt;
 }
 
+namespace {
+
+// s - level along an arc; ds/dtau = omega + 2 k |omega| alpha.
+struct SideScan {
+  const ModalArc& arc;
+  const SwitchingFunction& law;
+  double level_rad;
+
+  double value(double tau) const {
+    const AxisMotion motion = arc.at(tau);
+    return law.value(motion.angle_rad, motion.rate_rad_s) - level_rad;
+  }
+  ScanLook look(double a, double b) const {
+    const AxisMotion motion = arc.at(0.5 * (a + b));
+    const double half = 0.5 * (b - a), k2 = 2 * std::abs(law.curvature());
+    const double jerk = arc.jerk_bound(a, b);
+    const double acceleration = std::abs(motion.acceleration_rad_s2) + half * jerk;
+    const double rate = std::abs(motion.rate_rad_s) + half * acceleration;
+    return {
+        law.value(motion.angle_rad, motion.rate_rad_s) - level_rad,
+        motion.rate_rad_s + 2 * law.curvature() * std::abs(motion.rate_rad_s) * motion.acceleration_rad_s2,
+        acceleration + k2 * (acceleration * acceleration + rate * jerk)};
+  }
+};
+
+}  // namespace
+
+std::optional<SideCrossing> side_crossing(const ModalArc& arc, const SwitchingFunction& law,
+                                          SwitchingSide side, double, double h) {
+  const double resolution = 1e-13 * h;
+  const bool is_a_line = law.lower_rad() == law.upper_rad();
+  const auto passes = [&](double level, int sign) {
+    return first_crossing(SideScan{arc, law, level}, sign, 0, h, resolution);
+  };
+  if (side == SwitchingSide::below) {
+    const auto tau = passes(law.lower_rad(), 1);
+    if (!tau) return std::nullopt;
+    return SideCrossing{*tau, is_a_line ? SwitchingSide::above : SwitchingSide::inside};
+  }
+  if (side == SwitchingSide::above) {
+    const auto tau = passes(law.upper_rad(), -1);
+    if (!tau) return std::nullopt;
+    return SideCrossing{*tau, is_a_line ? SwitchingSide::below : SwitchingSide::inside};
+  }
+  const auto up = passes(law.upper_rad(), 1), down = passes(law.lower_rad(), -1);
+  if (up && (!down || *up <= *down)) return SideCrossing{*up, SwitchingSide::above};
+  if (down) return SideCrossing{*down, SwitchingSide::below};
+  return std::nullopt;
+}
+
+int side_motion(const ModalArc& arc, const SwitchingFunction& law) {
+  const AxisMotion begin = arc.begin();
+  return side_motion(QuadraticArc<double>{begin.angle_rad, begin.rate_rad_s, begin.acceleration_rad_s2}, law);
+}
+
 int side_motion(const QuadraticArc<double>& arc, const SwitchingFunction& law) {
   const double rate = arc.rate_rad_s;
   const double acceleration = arc.acceleration_rad_s2;
@@ -128,6 +183,50 @@ std::optional<double> box_crossing(const QuadraticArc<double>& arc, const EndBox
         in_box(arc, box, final_angle_rad, 0.5 * (begin + times[i])) != inside)
       return begin;
     begin = times[i];
+  }
+  return std::nullopt;
+}
+
+std::optional<double> box_crossing(const ModalArc& arc, const EndBox& box, double final_angle_rad,
+                                   bool inside, double h, double resolution) {
+  // The four sides, the side of each on which the arc is, and when it gets to the other.
+  struct Side {
+    bool is_rate;
+    double level;
+    int sign;  ///< of the quantity minus the level
+    std::optional<double> next;
+  };
+  std::array<Side, 4> sides{{{false, final_angle_rad - box.angle_rad, 0, {}},
+                             {false, final_angle_rad + box.angle_rad, 0, {}},
+                             {true, -box.rate_rad_s, 0, {}},
+                             {true, box.rate_rad_s, 0, {}}}};
+  const double scan_resolution = 1e-13 * h;
+  const auto look_ahead = [&](Side& side, double from) {
+    side.next = side.is_rate
+                    ? first_crossing(RateScan{arc, side.level}, -side.sign, from, h, scan_resolution)
+                    : first_crossing(AngleScan{arc, side.level}, -side.sign, from, h, scan_resolution);
+  };
+  for (Side& side : sides) {
+    const double value = side.is_rate ? arc.begin().rate_rad_s : arc.begin().angle_rad;
+    side.sign = value > side.level ? 1 : -1;
+    look_ahead(side, 0);
+  }
+  double begin = 0;
+  for (int i = 0; i < 10000; ++i) {
+    Side* first = nullptr;
+    for (Side& side : sides)
+      if (side.next && (!first || *side.next < *first->next)) first = &side;
+    const double next = first ? *first->next : h;
+    if (next - begin > resolution) {
+      const AxisMotion middle = arc.at(0.5 * (begin + next));
+      const bool is_in = std::abs(middle.angle_rad - final_angle_rad) <= box.angle_rad &&
+                         std::abs(middle.rate_rad_s) <= box.rate_rad_s;
+      if (is_in != inside) return begin;
+    }
+    if (!first) return std::nullopt;
+    begin = next;
+    first->sign = -first->sign;
+    look_ahead(*first, begin);
   }
   return std::nullopt;
 }

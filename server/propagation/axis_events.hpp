@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "server/control/switching_function.hpp"
+#include "server/propagation/modal_arc.hpp"
 #include "server/propagation/quadratic_arc.hpp"
 
 namespace slew {
@@ -19,12 +20,19 @@ struct SideCrossing {
 std::optional<SideCrossing> side_crossing(const QuadraticArc<double>& arc, const SwitchingFunction& law,
                                           SwitchingSide side, double final_angle_rad, double h);
 
+std::optional<SideCrossing> side_crossing(const ModalArc& arc, const SwitchingFunction& law,
+                                          SwitchingSide side, double final_angle_rad, double h);
+
 /// The sign of ds/dtau just after the start of the arc (0 when s stands still).
 int side_motion(const QuadraticArc<double>& arc, const SwitchingFunction& law);
+int side_motion(const ModalArc& arc, const SwitchingFunction& law);
 
 /// The first time in [0, h] at which the arc enters the box (when `inside` is false) or leaves it. Visits
 /// shorter than `resolution` are rounding: an arc that starts on a side of the box has just crossed it.
 std::optional<double> box_crossing(const QuadraticArc<double>& arc, const EndBox& box, double final_angle_rad,
+                                   bool inside, double h, double resolution);
+
+std::optional<double> box_crossing(const ModalArc& arc, const EndBox& box, double final_angle_rad,
                                    bool inside, double h, double resolution);
 
 }  // namespace slew

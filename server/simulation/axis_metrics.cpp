@@ -86,30 +86,52 @@ void AxisMetrics::on_time(double t_s, double h, int u) {
   if (auto* part = tally_of(times)) (u > 0 ? part->positive : part->negative) += counted;
 }
 
-void AxisMetrics::arc(double t_s, const QuadraticArc<double>& arc, int u, double h) {
-  const double end_rate = arc.rate_at(h);
-  const double peak = std::max(std::abs(arc.rate_rad_s), std::abs(end_rate));
+// The last time at which the error was outside the tolerance.
+template <typename Piece>
+void AxisMetrics::settle(double t_s, const Piece& piece, const AxisMotion& end, double h) {
+  const auto outside = [&](double angle_rad) {
+    return std::abs(angle_rad - final_angle_rad_) > settling_rad_;
+  };
+  if (outside(end.angle_rad)) {
+    last_outside_s_ = t_s + h;
+    return;
+  }
+  AscendingTimes<6> times;
+  times.add(0);
+  for (const double side : {-settling_rad_, settling_rad_})
+    piece.each_time_at(final_angle_rad_ + side, [&](double tau) { times.add(tau); });
+  for (std::size_t i = times.count(); i-- > 1;)
+    if (outside(piece.angle_at(0.5 * (times[i - 1] + times[i])))) {
+      last_outside_s_ = t_s + times[i];
+      return;
+    }
+}
+
+template <typename Piece>
+void AxisMetrics::arc(double t_s, const Piece& piece, int u, double h) {
+  const AxisMotion begin = piece.begin(), end = piece.end();
+  const double peak = piece.peak_rate(std::min(metrics_.peak_rate_rad_s, peak_since_turn_));
   metrics_.peak_rate_rad_s = std::max(metrics_.peak_rate_rad_s, peak);
   peak_since_turn_ = std::max(peak_since_turn_, peak);
-  const double error = arc.angle_rad - final_angle_rad_;
+  const double error = begin.angle_rad - final_angle_rad_;
 
-  if (!metrics_.crossing_s && direction_ * (arc.angle_at(h) - final_angle_rad_) >= 0) {
-    const auto reached = direction_ * error >= 0 ? std::optional(0.0) : reach_time(arc, final_angle_rad_, h);
+  if (!metrics_.crossing_s && direction_ * (end.angle_rad - final_angle_rad_) >= 0) {
+    const auto reached = direction_ * error >= 0 ? std::optional(0.0) : piece.reach(final_angle_rad_);
     metrics_.crossing_s = t_s + reached.value_or(h);
   }
-  // The angle turns where the rate changes its sign, in the arc or where it met the one before.
-  const auto rest = arc.rate_rad_s == 0 ? std::nullopt : rest_time(arc, h);
+  // The angle turns where the rate changes its sign, in the piece or where it met the one before.
+  const auto rest = begin.rate_rad_s == 0 ? std::nullopt : piece.rest();
   const int before =
-      sign_of(arc.rate_rad_s) != 0 ? sign_of(arc.rate_rad_s) : sign_of(arc.acceleration_rad_s2);
+      sign_of(begin.rate_rad_s) != 0 ? sign_of(begin.rate_rad_s) : sign_of(begin.acceleration_rad_s2);
   if (motion_ != 0 && before == -motion_) turn(t_s, error);
   if (before != 0) motion_ = before;
   if (rest && *rest < h) {
-    turn(t_s + *rest, arc.angle_at(*rest) - final_angle_rad_);
+    turn(t_s + *rest, piece.angle_at(*rest) - final_angle_rad_);
     motion_ = -motion_;
   }
-  if (switch_on_s_ && is_at_rest(end_rate)) {
-    const double tau = rest.value_or(direction_ * arc.rate_rad_s <= 0 ? 0.0 : h);
-    first_rest(t_s + tau, arc.angle_at(tau));
+  if (switch_on_s_ && is_at_rest(end.rate_rad_s)) {
+    const double tau = rest.value_or(direction_ * begin.rate_rad_s <= 0 ? 0.0 : h);
+    first_rest(t_s + tau, piece.angle_at(tau));
   }
   if (part_ == Part::braking && (metrics_.crossing_s || metrics_.first_rest_s)) {
     const double crossed = metrics_.crossing_s.value_or(HUGE_VAL);
@@ -117,8 +139,11 @@ void AxisMetrics::arc(double t_s, const QuadraticArc<double>& arc, int u, double
   }
   on_time(t_s, h, u);
   if (part_ == Part::braking && braked_until_s_) part_ = Part::after;
-  settle(t_s, arc, h);
+  settle(t_s, piece, end, h);
 }
+
+template void AxisMetrics::arc(double, const RigidPiece&, int, double);
+template void AxisMetrics::arc(double, const FlexiblePiece&, int, double);
 
 void AxisMetrics::first_rest(double t_s, double angle_rad) {
   if (metrics_.first_rest_s) return;
@@ -133,30 +158,6 @@ void AxisMetrics::turn(double t_s, double error_rad) {
   turns_.back() = {t_s, error_rad, peak_since_turn_};
   ++turn_count_;
   peak_since_turn_ = 0;
-}
-
-// The last time at which the error was outside the tolerance.
-void AxisMetrics::settle(double t_s, const QuadraticArc<double>& arc, double h) {
-  const auto outside = [&](double tau) {
-    return std::abs(arc.angle_at(tau) - final_angle_rad_) > settling_rad_;
-  };
-  if (outside(h)) {
-    last_outside_s_ = t_s + h;
-    return;
-  }
-  AscendingTimes<6> times;
-  times.add(0);
-  for (const double side : {-settling_rad_, settling_rad_}) {
-    const auto roots = quadratic_roots(arc.angle_rad - final_angle_rad_ - side, arc.rate_rad_s,
-                                       0.5 * arc.acceleration_rad_s2);
-    for (int i = 0; i < roots.count; ++i)
-      if (const double tau = roots.tau[static_cast<std::size_t>(i)]; tau > 0 && tau < h) times.add(tau);
-  }
-  for (std::size_t i = times.count(); i-- > 1;)
-    if (outside(0.5 * (times[i - 1] + times[i]))) {
-      last_outside_s_ = t_s + times[i];
-      return;
-    }
 }
 
 std::optional<LimitCycle> AxisMetrics::limit_cycle() const {

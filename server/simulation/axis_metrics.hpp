@@ -4,7 +4,7 @@
 #include <array>
 #include <optional>
 
-#include "server/propagation/quadratic_arc.hpp"
+#include "server/simulation/axis_dynamics.hpp"
 #include "server/simulation/metrics.hpp"
 #include "server/simulation/single_axis.hpp"
 
@@ -22,8 +22,9 @@ class AxisMetrics {
   /// The firing changes at t; before the arc that starts there.
   void firing(double t_s, int from, int to);
   void end_box(double t_s, bool inside);
-  /// One arc of length h that starts at t under the firing u.
-  void arc(double t_s, const QuadraticArc<double>& arc, int u, double h);
+  /// One piece of length h that starts at t under the firing u.
+  template <typename Piece>
+  void arc(double t_s, const Piece& piece, int u, double h);
   /// The first time that the rate along the slew is no longer positive after braking has begun, where the
   /// loop has located it itself; found in arc() otherwise.
   void first_rest(double t_s, double angle_rad);
@@ -48,7 +49,8 @@ class AxisMetrics {
 
   void on_time(double t_s, double h, int u);
   void turn(double t_s, double error_rad);
-  void settle(double t_s, const QuadraticArc<double>& arc, double h);
+  template <typename Piece>
+  void settle(double t_s, const Piece& piece, const AxisMotion& end, double h);
   template <typename T>
   BySign<T>* tally_of(ThrusterTally<T>& tally);
   std::optional<LimitCycle> limit_cycle() const;

@@ -7,7 +7,7 @@
 
 #include "server/actuator/on_off_pair.hpp"
 #include "server/control/switching_function.hpp"
-#include "server/plant/rigid_axis.hpp"
+#include "server/plant/single_axis.hpp"
 #include "server/simulation/run.hpp"
 
 namespace slew {
@@ -30,7 +30,7 @@ struct SettlingCriterion {
 };
 
 struct SingleAxisSpecification {
-  RigidAxisParameters plant;
+  SingleAxisPlant plant;
   SingleAxisManeuver maneuver;
   SwitchingFunctionParameters law;
   std::optional<double> sample_period_s;  ///< the law's; empty: evaluated continuously

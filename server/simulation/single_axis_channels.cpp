@@ -2,17 +2,22 @@
 
 namespace slew {
 
-const ChannelTable& single_axis_channels() {
-  static const ChannelTable table{
-      {{"angle_rad", "rad", "inertial", "theta"},
-       {"rate_rad_s", "rad/s", "inertial", "theta-dot"},
-       {"error_rad", "rad", "inertial", "theta - theta_f"},
-       {"switching_function_rad", "rad", "inertial", "s of Agrawal & Bang 1995, Eq. 19"}},
-      {{"torque_N_m", "N m", "body", "torque of the thrusters"},
-       {"positive_on", "1", "body", "1 while the thruster towards +theta fires"},
-       {"negative_on", "1", "body", "1 while the thruster towards -theta fires"},
-       {"positive_on_time_s", "s", "body", "its on-time so far"},
-       {"negative_on_time_s", "s", "body", "its on-time so far"}}};
+ChannelTable single_axis_channels(std::size_t modes) {
+  ChannelTable table{{{"angle_rad", "rad", "inertial", "theta"},
+                      {"rate_rad_s", "rad/s", "inertial", "theta-dot"},
+                      {"error_rad", "rad", "inertial", "theta - theta_f"},
+                      {"switching_function_rad", "rad", "inertial", "s of Agrawal & Bang 1995, Eq. 19"}},
+                     {{"torque_N_m", "N m", "body", "torque of the thrusters"},
+                      {"positive_on", "1", "body", "1 while the thruster towards +theta fires"},
+                      {"negative_on", "1", "body", "1 while the thruster towards -theta fires"},
+                      {"positive_on_time_s", "s", "body", "its on-time so far"},
+                      {"negative_on_time_s", "s", "body", "its on-time so far"}}};
+  if (modes == 0) return table;
+  table.state.push_back({"momentum_N_m_s", "N m s", "inertial", "I omega + sum D_i q_i'"});
+  for (std::size_t i = 1; i <= modes; ++i)
+    table.state.push_back({"q_" + std::to_string(i), "kg^1/2 m", "body", "modal coordinate"});
+  for (std::size_t i = 1; i <= modes; ++i)
+    table.state.push_back({"q_dot_" + std::to_string(i), "kg^1/2 m/s", "body", "its rate"});
   return table;
 }
 
@@ -21,10 +26,18 @@ const std::vector<std::string>& single_axis_event_channels() {
   return names;
 }
 
-AxisRow axis_row(const SwitchingFunction& law, double final_angle_rad, double angle_rad, double rate_rad_s,
-                 int u, double torque_N_m, const AxisOnTimes& on) {
-  return {{angle_rad, rate_rad_s, angle_rad - final_angle_rad, law.value(angle_rad, rate_rad_s)},
-          {u * torque_N_m, u > 0 ? 1.0 : 0.0, u < 0 ? 1.0 : 0.0, on.positive_s, on.negative_s}};
+void fill_axis_row(const SwitchingFunction& law, double final_angle_rad, double angle_rad, double rate_rad_s,
+                   int u, double torque_N_m, const AxisOnTimes& on, std::span<double> state,
+                   std::span<double> thrusters) {
+  state[0] = angle_rad;
+  state[1] = rate_rad_s;
+  state[2] = angle_rad - final_angle_rad;
+  state[3] = law.value(angle_rad, rate_rad_s);
+  thrusters[0] = u * torque_N_m;
+  thrusters[1] = u > 0 ? 1.0 : 0.0;
+  thrusters[2] = u < 0 ? 1.0 : 0.0;
+  thrusters[3] = on.positive_s;
+  thrusters[4] = on.negative_s;
 }
 
 }  // namespace slew

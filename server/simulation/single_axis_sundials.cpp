@@ -46,7 +46,7 @@ class SundialsAxisRun final : public Run {
  public:
   explicit SundialsAxisRun(const SingleAxisSpecification& specification);
 
-  const ChannelTable& channels() const override { return single_axis_channels(); }
+  const ChannelTable& channels() const override { return channels_; }
   const std::vector<std::string>& event_channels() const override { return single_axis_event_channels(); }
   RunStatus advance(double until_s, std::int64_t max_steps, SampleSink& sink) override;
   double t_s() const override { return t_s_; }
@@ -65,6 +65,8 @@ class SundialsAxisRun final : public Run {
   double s_of(double angle_rad, double rate_rad_s) const;
   int wanted(double s_rad) const;
   void decide();
+  double acceleration(int u) const;
+  bool leads_into_box() const;
   void fire(int u);
   void see_box(bool inside);
   void note(std::uint32_t channel, int mode);
@@ -73,6 +75,7 @@ class SundialsAxisRun final : public Run {
   void finish(const char* reason);
 
   const SingleAxisSpecification spec_;
+  const ChannelTable channels_;
   const int direction_;
   double lower_rad_ = 0, upper_rad_ = 0;
   Solver solver_;
@@ -93,7 +96,9 @@ class SundialsAxisRun final : public Run {
 };
 
 SundialsAxisRun::SundialsAxisRun(const SingleAxisSpecification& specification)
-    : spec_(specification), direction_(slew_direction(specification.maneuver)) {
+    : spec_(specification),
+      channels_(single_axis_channels(specification.plant.modes.size())),
+      direction_(slew_direction(specification.maneuver)) {
   const double epsilon = spec_.law.deadband_rad;
   if (spec_.law.deadband == Deadband::double_sided ||
       (spec_.law.deadband == Deadband::single_sided && direction_ > 0))
@@ -102,8 +107,9 @@ SundialsAxisRun::SundialsAxisRun(const SingleAxisSpecification& specification)
       (spec_.law.deadband == Deadband::single_sided && direction_ < 0))
     upper_rad_ = epsilon;
 
-  solver_.state = N_VNew_Serial(2, solver_.context);
+  solver_.state = N_VNew_Serial(static_cast<sunindextype>(2 + 2 * spec_.plant.modes.size()), solver_.context);
   if (!solver_.state) throw std::bad_alloc();
+  N_VConst(0, solver_.state);
   NV_Ith_S(solver_.state, 0) = spec_.maneuver.initial_angle_rad;
   NV_Ith_S(solver_.state, 1) = spec_.maneuver.initial_rate_rad_s;
   solver_.memory = ERKStepCreate(&right_hand_side, 0.0, solver_.state, solver_.context);
@@ -120,7 +126,9 @@ SundialsAxisRun::SundialsAxisRun(const SingleAxisSpecification& specification)
   const double acceleration = spec_.actuator.torque_N_m / spec_.plant.inertia_kg_m2;
   const double slew = std::abs(spec_.maneuver.final_angle_rad - spec_.maneuver.initial_angle_rad);
   const double scale_s = std::sqrt(std::max(slew, 1e-9) / acceleration);
-  check(ERKStepSetMaxStep(solver_.memory, scale_s / 50), "ERKStepSetMaxStep");
+  double longest_s = scale_s / 50;
+  for (const ElasticMode& mode : spec_.plant.modes) longest_s = std::min(longest_s, 1 / mode.frequency_rad_s);
+  check(ERKStepSetMaxStep(solver_.memory, longest_s), "ERKStepSetMaxStep");
   report_.propagator.name = "sundials_erkstep_dormand_prince";
   metrics_.thruster_on_time_s.per_thruster.assign(2, 0);
   metrics_.firings.per_thruster.assign(2, 0);
@@ -129,9 +137,9 @@ SundialsAxisRun::SundialsAxisRun(const SingleAxisSpecification& specification)
 int SundialsAxisRun::right_hand_side(sunrealtype, N_Vector state, N_Vector slope, void* self) {
   const auto& run = *static_cast<const SundialsAxisRun*>(self);
   const double torque = run.spec_.actuator.torque_N_m * run.u_ + run.spec_.disturbance_torque_N_m;
-  const auto moved = derivative<double>(run.spec_.plant, {NV_Ith_S(state, 0), NV_Ith_S(state, 1)}, torque);
-  NV_Ith_S(slope, 0) = moved.angle_rad;
-  NV_Ith_S(slope, 1) = moved.rate_rad_s;
+  const std::size_t size = 2 + 2 * run.spec_.plant.modes.size();
+  derivative<double>(run.spec_.plant, std::span<const double>(NV_DATA_S(state), size), torque,
+                     std::span<double>(NV_DATA_S(slope), size));
   return 0;
 }
 
@@ -202,13 +210,18 @@ void SundialsAxisRun::decide() {
       fire(wanted(s));
     return;
   }
-  if (in_box_) return fire(0);
-  if (is_held) return;
+  if (is_held && !(in_box_ && spec_.stop == StopCondition::end_box)) return;
+  if (in_box_) {
+    fire(0);
+    if (spec_.stop == StopCondition::end_box || leads_into_box()) return;
+    see_box(false);
+    side_ = -wanted(s);
+  }
   int wish = -side_;
   if (wish == 0 && u_ != 0) {
     // At the end of the band, coming off a firing: would coasting lead straight back out?
     const bool at_edge = std::abs(s - (u_ < 0 ? upper_rad_ : lower_rad_)) < 1e-9;
-    const double drift = spec_.disturbance_torque_N_m / spec_.plant.inertia_kg_m2;
+    const double drift = acceleration(0);
     const double k = spec_.law.gamma_bar * spec_.law.inertia_kg_m2 / (2 * spec_.law.torque_N_m);
     const double s_rate = rate() + 2 * k * std::abs(rate()) * drift;
     if (at_edge && s_rate * -u_ > 0) {
@@ -217,6 +230,29 @@ void SundialsAxisRun::decide() {
     }
   }
   fire(wish);
+  // On the edge of the box a firing may lead straight back in; no root function sees that, being zero
+  // already.
+  if (!in_box_ && leads_into_box()) see_box(true);
+}
+
+double SundialsAxisRun::acceleration(int u) const {
+  const std::size_t size = 2 + 2 * spec_.plant.modes.size();
+  std::vector<double> slope(size);
+  derivative<double>(spec_.plant, std::span<const double>(NV_DATA_S(solver_.state), size),
+                     spec_.actuator.torque_N_m * u + spec_.disturbance_torque_N_m, slope);
+  return slope[1];
+}
+
+bool SundialsAxisRun::leads_into_box() const {
+  if (!spec_.law.end_box) return false;
+  const EndBox& box = *spec_.law.end_box;
+  const double error = angle() - spec_.maneuver.final_angle_rad;
+  const double motion = acceleration(u_);
+  const auto is_or_gets_within = [](double value, double limit, double slope) {
+    if (std::abs(std::abs(value) - limit) < 1e-10 * limit) return value > 0 ? slope < 0 : slope > 0;
+    return std::abs(value) < limit;
+  };
+  return is_or_gets_within(error, box.angle_rad, rate()) && is_or_gets_within(rate(), box.rate_rad_s, motion);
 }
 
 void SundialsAxisRun::meet(const std::array<int, kRootCount>& found) {
@@ -331,6 +367,11 @@ RunReport SundialsAxisRun::report() const {
   report.metrics.final_error_rad = error;
   report.metrics.residual_rate_rad_s = rate();
   report.metrics.final_state = {angle(), rate(), error, s_of(angle(), rate())};
+  if (!spec_.plant.modes.empty()) {
+    const std::span<const double> state(NV_DATA_S(solver_.state), 2 + 2 * spec_.plant.modes.size());
+    report.metrics.final_state.push_back(momentum_N_m_s(spec_.plant, state));
+    report.metrics.final_state.insert(report.metrics.final_state.end(), state.begin() + 2, state.end());
+  }
   report.digest = digester_.digest();
   return report;
 }

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "tests/unit/single_axis_cases.hpp"
+#include "tests/unit/flexible_cases.hpp"
 
 namespace {
 
@@ -53,6 +53,33 @@ void MinimumOnTimeByArcs(benchmark::State& state) {
 void MinimumOnTimeBySundials(benchmark::State& state) {
   fly(state, minimum_on_time(), make_single_axis_verification);
 }
+SingleAxisSpecification flexible() {
+  auto spec = test::flexible_slew(1.0, 0.01);
+  spec.verification_tolerance = 1e-9;
+  return spec;
+}
+SingleAxisSpecification flexible_events() {
+  auto spec = test::continuous(flexible(), 0.05);
+  spec.law.deadband = Deadband::single_sided;
+  spec.law.deadband_rad = test::kRadPerDeg;
+  return spec;
+}
+void FlexibleSampledByModes(benchmark::State& state) {
+  fly(state, flexible(), make_single_axis_run);
+}
+void FlexibleSampledBySundials(benchmark::State& state) {
+  fly(state, flexible(), make_single_axis_verification);
+}
+void FlexibleEventsByModes(benchmark::State& state) {
+  fly(state, flexible_events(), make_single_axis_run);
+}
+void FlexibleEventsBySundials(benchmark::State& state) {
+  fly(state, flexible_events(), make_single_axis_verification);
+}
+BENCHMARK(FlexibleSampledByModes)->Unit(benchmark::kMicrosecond);
+BENCHMARK(FlexibleSampledBySundials)->Unit(benchmark::kMicrosecond);
+BENCHMARK(FlexibleEventsByModes)->Unit(benchmark::kMicrosecond);
+BENCHMARK(FlexibleEventsBySundials)->Unit(benchmark::kMicrosecond);
 BENCHMARK(SampledByArcs)->Unit(benchmark::kMicrosecond);
 BENCHMARK(SampledBySundials)->Unit(benchmark::kMicrosecond);
 BENCHMARK(MinimumOnTimeByArcs)->Unit(benchmark::kMicrosecond);

@@ -118,18 +118,21 @@ TEST(Clients, WhoStallsOrDiesChangesNoNumbers) {
 // One client's flood: all of it answered, and another's one a second hardly waits.
 TEST(Clients, AFloodDelaysNobodyElse) {
   const ServerUnderTest server;
+  // Sanitizers make everything several times slower.
+  const long count = SLEW_IS_SANITIZED ? 2000 : 10000;
+  const double patience_s = SLEW_IS_SANITIZED ? 20 : 2;
   Client flood(server, "requester",
-               {"--count", "10000", "--paced", "0", "--client-id", "flood", "--for", "280"});
+               {"--count", std::to_string(count), "--paced", "0", "--client-id", "flood", "--for", "280"});
   Client other(server, "requester",
                {"--count", "8", "--per-second", "1", "--paced", "0", "--client-id", "other", "--for", "280"});
   EXPECT_EQ(other.wait(), 0);
   EXPECT_EQ(flood.wait(), 0);
   const json flooded = flood.report(), others = other.report();
   EXPECT_EQ(flooded.at("unanswered"), 0);
-  EXPECT_EQ(flooded.at("ended").value("completed", 0) + flooded.at("rejected").value("busy", 0), 10000)
+  EXPECT_EQ(flooded.at("ended").value("completed", 0) + flooded.at("rejected").value("busy", 0), count)
       << flooded;
   EXPECT_EQ(others.at("ended").at("completed"), 8);
-  EXPECT_LE(others.at("to_end_s").at("max").get<double>(), 2) << others;
+  EXPECT_LE(others.at("to_end_s").at("max").get<double>(), patience_s) << others;
   EXPECT_LT(server.document({"server"}).at(0).at("resident_bytes").get<double>(), 1e9);
 }
 

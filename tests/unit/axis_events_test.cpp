@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "server/plant/rigid_axis.hpp"
+#include "server/plant/single_axis.hpp"
 
 #include <Eigen/Core>
 #include <unsupported/Eigen/AutoDiff>
@@ -151,10 +151,12 @@ TEST(BoxCrossing, AgreesWithLookingClosely) {
 // Dual numbers through the arc and through the plant: the same derivative.
 TEST(QuadraticArc, CarriesDualNumbers) {
   using Dual = Eigen::AutoDiffScalar<Eigen::Matrix<double, 1, 1>>;
-  const RigidAxisParameters plant{2};
+  const SingleAxisPlant plant{2, {}};
   const Dual torque(0.5, 1, 0);  // the derivative with respect to the torque
-  const auto slope = derivative<Dual>(plant, {Dual(0.1), Dual(0.2)}, torque);
-  const QuadraticArc<Dual> arc{Dual(0.1), Dual(0.2), slope.rate_rad_s};
+  const std::array<Dual, 2> state{Dual(0.1), Dual(0.2)};
+  std::array<Dual, 2> slope;
+  derivative<Dual>(plant, state, torque, slope);
+  const QuadraticArc<Dual> arc{state[0], state[1], slope[1]};
   EXPECT_DOUBLE_EQ(arc.angle_at(Dual(3)).derivatives()(0), 0.5 * 9 / 2);
   EXPECT_DOUBLE_EQ(arc.rate_at(Dual(3)).derivatives()(0), 3.0 / 2);
 }

@@ -1,0 +1,139 @@
+#include "server/propagation/modal_arc.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace slew {
+namespace {
+
+using Complex = std::complex<double>;
+
+// Products of finite numbers, without the library's care for infinities.
+Complex times(Complex a, Complex b) {
+  return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+
+Complex exponential(Complex lambda, double tau) {
+  const double size = std::exp(lambda.real() * tau);
+  return {size * std::cos(lambda.imag() * tau), size * std::sin(lambda.imag() * tau)};
+}
+
+}  // namespace
+
+ModalArc::ModalArc(const ModalBasis& basis, double angle_rad, double rate_rad_s)
+    : basis_(&basis),
+      angle_rad_(angle_rad),
+      momentum_N_m_s_(basis.inertia_kg_m2() * rate_rad_s),
+      c_(basis.size()),
+      amplitude_(basis.size()),
+      factor_(basis.size()) {
+  for (const Complex lambda : basis.lambda()) fastest_growth_ = std::max(fastest_growth_, lambda.real());
+  renew();
+}
+
+void ModalArc::set_torque(double torque_N_m) {
+  if (torque_N_m == torque_N_m_) return;
+  torque_N_m_ = torque_N_m;
+  renew();
+}
+
+// What follows from state and torque.
+void ModalArc::renew() {
+  const auto lambda = basis_->lambda(), weight = basis_->p_weights(), rest = basis_->rest();
+  double p = 0, p_slope = 0, p_curvature = 0, p_rest = 0;
+  acceleration_sum_ = jerk_sum_ = 0;
+  for (std::size_t k = 0; k < c_.size(); ++k) {
+    const Complex still = rest[k] * torque_N_m_;
+    const Complex amplitude = times(weight[k], c_[k] - still);
+    amplitude_[k] = amplitude;
+    p_rest += times(weight[k], still).real();
+    const Complex first = times(lambda[k], amplitude), second = times(lambda[k], first);
+    p += amplitude.real();
+    p_slope += first.real();
+    p_curvature += second.real();
+    // |x| + |y| bounds the magnitude without a root.
+    acceleration_sum_ += std::abs(second.real()) + std::abs(second.imag());
+    const Complex third = times(lambda[k], second);
+    jerk_sum_ += std::abs(third.real()) + std::abs(third.imag());
+  }
+  p_rest_ = p_rest;
+  p_begin_ = p_rest + p;
+  const double inertia = basis_->inertia_kg_m2();
+  acceleration_sum_ = (acceleration_sum_ + std::abs(torque_N_m_)) / inertia;
+  jerk_sum_ /= inertia;
+  begin_ = {angle_rad_, (momentum_N_m_s_ - p_slope) / inertia, (torque_N_m_ - p_curvature) / inertia};
+}
+
+AxisMotion ModalArc::at(double tau) const {
+  if (tau == 0) return begin_;
+  const auto lambda = basis_->lambda();
+  double p = p_rest_, p_slope = 0, p_curvature = 0;
+  for (std::size_t k = 0; k < amplitude_.size(); ++k) {
+    const Complex moved =
+        times(amplitude_[k], tau == stepped_ ? factor_[k] : exponential(lambda[k], tau));
+    const Complex first = times(lambda[k], moved);
+    p += moved.real();
+    p_slope += first.real();
+    p_curvature += times(lambda[k], first).real();
+  }
+  const double inertia = basis_->inertia_kg_m2();
+  return {angle_rad_ + (tau * (momentum_N_m_s_ + 0.5 * torque_N_m_ * tau) - (p - p_begin_)) / inertia,
+          (momentum_N_m_s_ + torque_N_m_ * tau - p_slope) / inertia, (torque_N_m_ - p_curvature) / inertia};
+}
+
+void ModalArc::move(double tau) {
+  if (tau == 0) return;
+  if (tau != stepped_) {
+    stepped_ = tau;
+    for (std::size_t k = 0; k < c_.size(); ++k) factor_[k] = exponential(basis_->lambda()[k], tau);
+  }
+  angle_rad_ = at(tau).angle_rad;
+  momentum_N_m_s_ += torque_N_m_ * tau;
+  for (std::size_t k = 0; k < c_.size(); ++k) {
+    const Complex still = basis_->rest()[k] * torque_N_m_;
+    c_[k] = still + times(c_[k] - still, factor_[k]);
+  }
+  renew();
+}
+
+void ModalArc::deflection_at(double tau, std::span<Complex> scratch, std::span<double> q,
+                             std::span<double> v) const {
+  for (std::size_t k = 0; k < c_.size(); ++k) {
+    const Complex still = basis_->rest()[k] * torque_N_m_;
+    scratch[k] = tau == 0 ? c_[k] : still + times(c_[k] - still, exponential(basis_->lambda()[k], tau));
+  }
+  basis_->to_physical(scratch, q, v);
+}
+
+// Of the amplitudes, at most, since the beginning of the arc.
+double ModalArc::growth(double, double b) const {
+  return fastest_growth_ > 0 ? std::exp(fastest_growth_ * b) : 1;
+}
+
+double ModalArc::acceleration_bound(double a, double b) const {
+  return acceleration_sum_ * growth(a, b);
+}
+
+double ModalArc::jerk_bound(double a, double b) const {
+  return jerk_sum_ * growth(a, b);
+}
+
+std::optional<double> next_rest(const ModalArc& arc, double from, double h) {
+  const double rate = from == 0 ? arc.begin().rate_rad_s : arc.rate_at(from);
+  if (std::abs(rate) > arc.acceleration_bound(from, h) * (h - from)) return std::nullopt;
+  const double resolution = 1e-13 * h;
+  // From a rest the rate goes where the acceleration points.
+  double start = from;
+  int sign = rate > 0 ? 1 : rate < 0 ? -1 : 0;
+  if (from > 0 || sign == 0) {
+    start = from + std::min(1e-9 * (h - from), 0.5 * (h - from));
+    const double after = arc.rate_at(start);
+    sign = after > 0 ? 1 : after < 0 ? -1 : 0;
+  }
+  if (sign == 0) return std::nullopt;
+  const auto rest = first_crossing(RateScan{arc, 0}, -sign, start, h, resolution);
+  return rest && *rest > start ? rest : std::nullopt;
+}
+
+}  // namespace slew

@@ -1,0 +1,96 @@
+// Motion of a flexible axis under a constant torque, in closed form (propagation/modal_basis.hpp), and the times
+// at which something happens on it.
+#pragma once
+
+#include <complex>
+#include <optional>
+#include <vector>
+
+#include "server/propagation/crossing_scan.hpp"
+#include "server/propagation/modal_basis.hpp"
+
+namespace slew {
+
+struct AxisMotion {
+  double angle_rad;
+  double rate_rad_s;
+  double acceleration_rad_s2;
+};
+
+/// Holds the state at its beginning (tau = 0). Allocates when made, never afterwards.
+class ModalArc {
+ public:
+  /// Elastic coordinates at rest and undeflected. The basis must outlive it.
+  ModalArc(const ModalBasis& basis, double angle_rad, double rate_rad_s);
+
+  const ModalBasis& basis() const { return *basis_; }
+  double torque_N_m() const { return torque_N_m_; }
+  void set_torque(double torque_N_m);
+  /// Moves the beginning to tau.
+  void move(double tau);
+
+  AxisMotion begin() const { return begin_; }
+  AxisMotion at(double tau) const;
+  double angle_at(double tau) const { return at(tau).angle_rad; }
+  double rate_at(double tau) const { return at(tau).rate_rad_s; }
+  double momentum_at(double tau) const { return momentum_N_m_s_ + torque_N_m_ * tau; }
+  /// q and q' at tau; `scratch` has room for basis().size().
+  void deflection_at(double tau, std::span<std::complex<double>> scratch, std::span<double> q,
+                     std::span<double> v) const;
+  std::span<const std::complex<double>> coordinates() const { return c_; }
+
+  /// At least the largest |acceleration| and |jerk| on [a, b].
+  double acceleration_bound(double a, double b) const;
+  double jerk_bound(double a, double b) const;
+
+ private:
+  void renew();
+  double growth(double a, double b) const;
+
+  const ModalBasis* basis_;
+  double angle_rad_;
+  double momentum_N_m_s_;
+  double torque_N_m_ = 0;
+  std::vector<std::complex<double>> c_;
+  AxisMotion begin_{};
+
+  // Of the arc: P_k = w_k (c_k - S_k T), sums of |P_k| |lambda_k|^m / I.
+  std::vector<std::complex<double>> amplitude_;
+  double p_begin_ = 0;
+  double p_rest_ = 0;
+  double acceleration_sum_ = 0;
+  double jerk_sum_ = 0;
+  double fastest_growth_ = 0;
+
+  // exp(lambda_k tau) of the length that came last: sampled laws step by the same one again and again.
+  double stepped_ = -1;
+  std::vector<std::complex<double>> factor_;
+};
+
+/// theta - level.
+struct AngleScan {
+  const ModalArc& arc;
+  double level_rad;
+  double value(double tau) const { return arc.angle_at(tau) - level_rad; }
+  ScanLook look(double a, double b) const {
+    const AxisMotion middle = arc.at(0.5 * (a + b));
+    const double bound = std::abs(middle.acceleration_rad_s2) + 0.5 * (b - a) * arc.jerk_bound(a, b);
+    return {middle.angle_rad - level_rad, middle.rate_rad_s, bound};
+  }
+};
+
+/// omega - level.
+struct RateScan {
+  const ModalArc& arc;
+  double level_rad_s;
+  double value(double tau) const { return arc.rate_at(tau) - level_rad_s; }
+  ScanLook look(double a, double b) const {
+    const AxisMotion middle = arc.at(0.5 * (a + b));
+    return {middle.rate_rad_s - level_rad_s, middle.acceleration_rad_s2, arc.jerk_bound(a, b)};
+  }
+};
+
+/// The next time in (from, h] at which the rate changes its sign.
+std::optional<double> next_rest(const ModalArc& arc, double from, double h);
+
+}  // namespace slew

@@ -1,0 +1,92 @@
+#include "server/propagation/modal_basis.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+
+namespace slew {
+namespace {
+
+using Complex = std::complex<double>;
+
+}  // namespace
+
+ModalBasis::ModalBasis(SingleAxisPlant plant) : plant_(std::move(plant)) {
+  const double inertia_kg_m2 = plant_.inertia_kg_m2;
+  const auto n = static_cast<Eigen::Index>(plant_.modes.size());
+  if (!(residual_inertia_kg_m2(plant_) > 0))
+    throw std::domain_error("I - sum D^2 must be positive");
+  if (n == 0) return;
+
+  Eigen::VectorXd coupling(n), damping(n), stiffness(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const ElasticMode& mode = plant_.modes[static_cast<std::size_t>(i)];
+    coupling(i) = mode.coupling_sqrt_kg_m;
+    damping(i) = 2 * mode.damping * mode.frequency_rad_s;
+    stiffness(i) = mode.frequency_rad_s * mode.frequency_rad_s;
+  }
+  const Eigen::MatrixXd mass =
+      Eigen::MatrixXd::Identity(n, n) - coupling * coupling.transpose() / inertia_kg_m2;
+  const Eigen::MatrixXd inverse = mass.inverse();
+
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> undamped(stiffness.asDiagonal(), mass,
+                                                                           Eigen::EigenvaluesOnly);
+  for (Eigen::Index i = 0; i < n; ++i) free_rad_s_.push_back(std::sqrt(undamped.eigenvalues()(i)));
+
+  Eigen::MatrixXd system = Eigen::MatrixXd::Zero(2 * n, 2 * n);
+  system.topRightCorner(n, n).setIdentity();
+  system.bottomLeftCorner(n, n) = -inverse * stiffness.asDiagonal();
+  system.bottomRightCorner(n, n) = -inverse * damping.asDiagonal();
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(system);
+  const Eigen::MatrixXcd vectors = solver.eigenvectors();
+  const Eigen::PartialPivLU<Eigen::MatrixXcd> factored(vectors);
+  if (solver.info() != Eigen::Success || !(factored.rcond() > 1e-12))
+    throw std::domain_error("the modes have no complete set of eigenvectors");
+  const Eigen::MatrixXcd left = factored.inverse();
+
+  // One of every conjugate pair stands for both: its weight is doubled.
+  std::vector<Eigen::Index> kept;
+  for (Eigen::Index k = 0; k < 2 * n; ++k)
+    if (solver.eigenvalues()(k).imag() >= 0) kept.push_back(k);
+  std::sort(kept.begin(), kept.end(), [&](Eigen::Index a, Eigen::Index b) {
+    return std::abs(solver.eigenvalues()(a)) < std::abs(solver.eigenvalues()(b));
+  });
+  Eigen::VectorXd at_rest = Eigen::VectorXd::Zero(2 * n);
+  at_rest.head(n) = -coupling.cwiseQuotient(stiffness) / inertia_kg_m2;
+  const auto pairs = kept.size();
+  to_physical_.resize(2 * static_cast<std::size_t>(n) * pairs);
+  for (std::size_t j = 0; j < pairs; ++j) {
+    const Eigen::Index k = kept[j];
+    const Complex lambda = solver.eigenvalues()(k);
+    const double doubled = lambda.imag() > 0 ? 2 : 1;
+    lambda_.push_back(lambda);
+    p_weight_.push_back(doubled * coupling.cast<Complex>().cwiseProduct(vectors.col(k).head(n)).sum());
+    rest_.push_back((left.row(k) * at_rest.cast<Complex>())(0));
+    for (Eigen::Index i = 0; i < 2 * n; ++i) {
+      to_modal_.push_back(left(k, i));
+      to_physical_[static_cast<std::size_t>(i) * pairs + j] = doubled * vectors(i, k);
+    }
+  }
+}
+
+void ModalBasis::to_modal(std::span<const double> q, std::span<const double> v, std::span<Complex> c) const {
+  const std::size_t n = plant_.modes.size();
+  for (std::size_t k = 0; k < size(); ++k) {
+    const Complex* row = to_modal_.data() + 2 * n * k;
+    c[k] = 0;
+    for (std::size_t i = 0; i < n; ++i) c[k] += row[i] * q[i] + row[n + i] * v[i];
+  }
+}
+
+void ModalBasis::to_physical(std::span<const Complex> c, std::span<double> q, std::span<double> v) const {
+  const std::size_t n = plant_.modes.size();
+  for (std::size_t i = 0; i < 2 * n; ++i) {
+    const Complex* row = to_physical_.data() + size() * i;
+    double value = 0;
+    for (std::size_t k = 0; k < size(); ++k) value += row[k].real() * c[k].real() - row[k].imag() * c[k].imag();
+    (i < n ? q[i] : v[i - n]) = value;
+  }
+}
+
+}  // namespace slew
