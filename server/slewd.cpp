@@ -3,9 +3,9 @@
 #include <signal.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
-#include <sys/signalfd.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
@@ -35,9 +35,8 @@ std::string read_file(const std::string& path) {
   return text.str();
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+// From the command line to the end of the service; the exit code.
+int serve(int argc, char** argv) {
   slew::service::ServerOptions options;
   options.state_directory = default_state_directory();
   const std::size_t cores = std::max(1u, std::thread::hardware_concurrency());
@@ -102,22 +101,28 @@ int main(int argc, char** argv) {
   spdlog::set_level(spdlog::level::from_str(level));
   spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e %^%l%$ %v");
 
+  slew::service::Server server(options);
+  int signal_number = 0;
+  sigwait(&signals, &signal_number);
+  spdlog::info("{} received", strsignal(signal_number));
+  // A second signal does not wait for the drain.
+  std::thread impatience([signals] {
+    int second = 0;
+    sigwait(&signals, &second);
+    std::_Exit(kCannotServe);
+  });
+  impatience.detach();
+  server.drain();
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
   try {
-    slew::service::Server server(options);
-    int signal_number = 0;
-    sigwait(&signals, &signal_number);
-    spdlog::info("{} received", strsignal(signal_number));
-    // A second signal does not wait for the drain.
-    std::thread impatience([signals] {
-      int second = 0;
-      sigwait(&signals, &second);
-      std::_Exit(kCannotServe);
-    });
-    impatience.detach();
-    server.drain();
+    return serve(argc, argv);
   } catch (const std::exception& error) {
-    spdlog::critical("{}", error.what());
+    std::fprintf(stderr, "slewd: %s\n", error.what());
     return kCannotServe;
   }
-  return 0;
 }

@@ -32,8 +32,8 @@ Prepared prepared_or_stop(const Options& options) {
 // Numbers of a description, one a line, with the path that leads to them.
 void add_rows(std::vector<std::vector<std::string>>& rows, const std::string& path, const json& value) {
   if (value.is_object()) {
-    for (const auto& [key, child] : value.items())
-      add_rows(rows, path.empty() ? key : path + "." + key, child);
+    const std::string prefix = path.empty() ? path : path + ".";
+    for (const auto& [key, child] : value.items()) add_rows(rows, prefix + key, child);
   } else if (value.is_number()) {
     rows.push_back({path, number(value.get<double>())});
   } else if (value.is_string()) {

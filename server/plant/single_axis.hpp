@@ -1,8 +1,9 @@
-// A spacecraft about one axis: rigid, I theta'' = N u + d (Agrawal & Bang 1995, Eq. 1), or with elastic appendages
-// in the correct form of their Eq. 21:
+// A spacecraft about one axis: rigid, I theta'' = N u + d (Agrawal & Bang 1995, Eq. 1), or with elastic
+// appendages in the correct form of their Eq. 21:
 //   I theta'' + sum D_i q_i'' = N u + d,    q_i'' + 2 zeta_i w_i q_i' + w_i^2 q_i + D_i theta'' = 0.
-// The paper prints D_i q_i' in the first line and D_i theta' in the second, and leaves the damping out; its own
-// Eqs. 24 and 25 and its 0.4 % of damping ask for this form. With the printed one momentum is not conserved.
+// The paper prints D_i q_i' in the first line and D_i theta' in the second, and leaves the damping out; its
+// own Eqs. 24 and 25 and its 0.4 % of damping ask for this form. With the printed one momentum is not
+// conserved.
 #pragma once
 
 #include <span>
@@ -12,9 +13,9 @@ namespace slew {
 
 /// One cantilever mode of an appendage, mass-normalised.
 struct ElasticMode {
-  double frequency_rad_s;      ///< w_i, clamped and undamped
-  double damping;              ///< zeta_i
-  double coupling_sqrt_kg_m;   ///< D_i, kg^1/2 m; its sign is free
+  double frequency_rad_s;     ///< w_i, clamped and undamped
+  double damping;             ///< zeta_i
+  double coupling_sqrt_kg_m;  ///< D_i, kg^1/2 m; its sign is free
 };
 
 struct SingleAxisPlant {
@@ -29,8 +30,8 @@ inline double residual_inertia_kg_m2(const SingleAxisPlant& plant) {
   return residual;
 }
 
-/// Right-hand side. `state` is (theta, omega, q_1 … q_n, q_1' … q_n') in rad, rad/s, kg^1/2 m, kg^1/2 m/s; the
-/// torque is N u + d in N m.
+/// Right-hand side. `state` is (theta, omega, q_1 … q_n, q_1' … q_n') in rad, rad/s, kg^1/2 m, kg^1/2 m/s;
+/// the torque is N u + d in N m.
 template <typename Scalar>
 void derivative(const SingleAxisPlant& plant, std::span<const Scalar> state, const Scalar& torque_N_m,
                 std::span<Scalar> slope) {
@@ -50,8 +51,7 @@ void derivative(const SingleAxisPlant& plant, std::span<const Scalar> state, con
     const ElasticMode& mode = plant.modes[i];
     const double w = mode.frequency_rad_s;
     slope[2 + i] = v[i];
-    slope[2 + n + i] =
-        -2 * mode.damping * w * v[i] - w * w * q[i] - mode.coupling_sqrt_kg_m * acceleration;
+    slope[2 + n + i] = -2 * mode.damping * w * v[i] - w * w * q[i] - mode.coupling_sqrt_kg_m * acceleration;
   }
 }
 

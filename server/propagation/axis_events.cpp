@@ -104,9 +104,11 @@ struct SideScan {
   const SwitchingFunction& law;
   double level_rad;
 
-  double value(double tau) const {
+  ScanPoint at(double tau) const {
     const AxisMotion motion = arc.at(tau);
-    return law.value(motion.angle_rad, motion.rate_rad_s) - level_rad;
+    return {
+        law.value(motion.angle_rad, motion.rate_rad_s) - level_rad,
+        motion.rate_rad_s + 2 * law.curvature() * std::abs(motion.rate_rad_s) * motion.acceleration_rad_s2};
   }
   ScanLook look(double a, double b) const {
     const AxisMotion motion = arc.at(0.5 * (a + b));
@@ -187,8 +189,11 @@ std::optional<double> box_crossing(const QuadraticArc<double>& arc, const EndBox
   return std::nullopt;
 }
 
-std::optional<double> box_crossing(const ModalArc& arc, const EndBox& box, double final_angle_rad,
-                                   bool inside, double h, double resolution) {
+namespace {
+
+// Between `from` and h, by all four sides of the box.
+std::optional<double> box_crossing_within(const ModalArc& arc, const EndBox& box, double final_angle_rad,
+                                          bool inside, double from, double h, double resolution) {
   // The four sides, the side of each on which the arc is, and when it gets to the other.
   struct Side {
     bool is_rate;
@@ -201,17 +206,18 @@ std::optional<double> box_crossing(const ModalArc& arc, const EndBox& box, doubl
                              {true, -box.rate_rad_s, 0, {}},
                              {true, box.rate_rad_s, 0, {}}}};
   const double scan_resolution = 1e-13 * h;
-  const auto look_ahead = [&](Side& side, double from) {
+  const AxisMotion start = arc.at(from);
+  const auto look_ahead = [&](Side& side, double after) {
     side.next = side.is_rate
-                    ? first_crossing(RateScan{arc, side.level}, -side.sign, from, h, scan_resolution)
-                    : first_crossing(AngleScan{arc, side.level}, -side.sign, from, h, scan_resolution);
+                    ? first_crossing(RateScan{arc, side.level}, -side.sign, after, h, scan_resolution)
+                    : first_crossing(AngleScan{arc, side.level}, -side.sign, after, h, scan_resolution);
   };
   for (Side& side : sides) {
-    const double value = side.is_rate ? arc.begin().rate_rad_s : arc.begin().angle_rad;
+    const double value = side.is_rate ? start.rate_rad_s : start.angle_rad;
     side.sign = value > side.level ? 1 : -1;
-    look_ahead(side, 0);
+    look_ahead(side, from);
   }
-  double begin = 0;
+  double begin = from;
   for (int i = 0; i < 10000; ++i) {
     Side* first = nullptr;
     for (Side& side : sides)
@@ -229,6 +235,41 @@ std::optional<double> box_crossing(const ModalArc& arc, const EndBox& box, doubl
     look_ahead(*first, begin);
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+// Far from the sides of the box nothing can happen, and bounds tell: only what is near them is looked at
+// closely.
+std::optional<double> box_crossing(const ModalArc& arc, const EndBox& box, double final_angle_rad,
+                                   bool inside, double h, double resolution) {
+  std::array<double, 80> ends;
+  std::size_t depth = 0;
+  double begin = 0;
+  ends[0] = h;
+  const double closely = std::min(h, 1e-3 * h + 1e-2);
+  while (true) {
+    const double end = ends[depth], half = 0.5 * (end - begin);
+    const AxisMotion middle = arc.at(begin + half);
+    const double acceleration = std::abs(middle.acceleration_rad_s2) + half * arc.jerk_bound(begin, end);
+    const double angle_reach = half * (std::abs(middle.rate_rad_s) + 0.5 * half * acceleration);
+    const double rate_reach = half * acceleration;
+    const double angle_excess = std::abs(middle.angle_rad - final_angle_rad) - box.angle_rad;
+    const double rate_excess = std::abs(middle.rate_rad_s) - box.rate_rad_s;
+    const bool is_all_outside = angle_excess > angle_reach || rate_excess > rate_reach;
+    const bool is_all_inside = -angle_excess > angle_reach && -rate_excess > rate_reach;
+    if (inside ? !is_all_inside : !is_all_outside) {
+      if (inside ? is_all_outside : is_all_inside) return begin;
+      if (2 * half > closely && depth + 1 < ends.size()) {
+        ends[++depth] = begin + half;
+        continue;
+      }
+      if (const auto tau = box_crossing_within(arc, box, final_angle_rad, inside, begin, end, resolution))
+        return tau;
+    }
+    begin = end;
+    if (depth-- == 0) return std::nullopt;
+  }
 }
 
 }  // namespace slew

@@ -1,5 +1,5 @@
-// The first time at which a smooth function passes zero, found so that no crossing can be missed: an interval is
-// let go only when a bound on the second derivative proves that it holds none.
+// The first time at which a smooth function passes zero, found so that no crossing can be missed: an interval
+// is let go only when a bound on the second derivative proves that it holds none.
 #pragma once
 
 #include <array>
@@ -15,36 +15,41 @@ struct ScanLook {
   double curvature;
 };
 
+/// f and f' at one time.
+struct ScanPoint {
+  double value;
+  double slope;
+};
+
 /// Within [a, b], where sign * f passes zero upwards once and is positive at b: the first time that it is, to
-/// rounding. Regula falsi in the form of Illinois, with a bisection every fourth time.
+/// rounding. Newton's method, kept inside a bracket that every step makes smaller.
 template <typename Function>
 double passing_time(const Function& f, int sign, double a, double b) {
-  double below = sign * f.value(a), above = sign * f.value(b);
-  if (below > 0) return a;
-  int kept = 0;
-  for (int i = 0; i < 200; ++i) {
-    double middle = i % 4 == 3 ? 0.5 * (a + b) : b - above * (b - a) / (above - below);
-    if (!(middle > a && middle < b)) middle = 0.5 * (a + b);
-    if (!(middle > a && middle < b)) break;
-    const double value = sign * f.value(middle);
-    if (value > 0) {
-      b = middle;
-      above = value;
-      if (kept == -1) below *= 0.5;
-      kept = -1;
-    } else {
-      a = middle;
-      below = value;
-      if (kept == 1) above *= 0.5;
-      kept = 1;
-    }
+  const ScanPoint begin = f.at(a);
+  if (sign * begin.value > 0) return a;
+  const double rounding = 4e-16 * (std::abs(a) + std::abs(b));
+  double tau = a, step = b - a;
+  ScanPoint point = begin;
+  for (int i = 0; i < 200 && b - a > rounding; ++i) {
+    double next = tau - point.value / point.slope;
+    // Out of the bracket, or no faster than halving it.
+    if (!(next > a && next < b) || std::abs(next - tau) > 0.5 * std::abs(step)) next = 0.5 * (a + b);
+    if (!(next > a && next < b)) break;
+    step = next - tau;
+    tau = next;
+    point = f.at(tau);
+    (sign * point.value > 0 ? b : a) = tau;
+    if (std::abs(step) > rounding) continue;
+    // Newton comes from one side: look just across for the other.
+    const double across = sign * point.value > 0 ? tau - 2 * rounding : tau + 2 * rounding;
+    if (across > a && across < b) (sign * f.at(across).value > 0 ? b : a) = across;
   }
   return b;
 }
 
-/// The first time in [a, b] from which on sign * f is positive. A function that is so at `a` already and stays
-/// so has crossed there; one that touches zero for less than `resolution` has not crossed at all.
-/// `Function` has value(tau) and look(a, b).
+/// The first time in [a, b] from which on sign * f is positive. A function that is so at `a` already and
+/// stays so has crossed there; one that touches zero for less than `resolution` has not crossed at all.
+/// `Function` has at(tau) and look(a, b).
 template <typename Function>
 std::optional<double> first_crossing(const Function& f, int sign, double a, double b, double resolution) {
   std::array<double, 80> ends;
@@ -61,7 +66,7 @@ std::optional<double> first_crossing(const Function& f, int sign, double a, doub
     } else if (std::abs(look.slope) > 0.5 * width * look.curvature || width <= resolution ||
                depth + 1 == ends.size()) {
       // Monotone, or too short to look any closer.
-      if (sign * f.value(end) > 0) return passing_time(f, sign, a, end);
+      if (sign * f.at(end).value > 0) return passing_time(f, sign, a, end);
     } else {
       ends[++depth] = 0.5 * (a + end);
       continue;

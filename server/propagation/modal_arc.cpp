@@ -69,9 +69,9 @@ AxisMotion ModalArc::at(double tau) const {
   if (tau == 0) return begin_;
   const auto lambda = basis_->lambda();
   double p = p_rest_, p_slope = 0, p_curvature = 0;
+  const bool is_known = is_ready(tau);
   for (std::size_t k = 0; k < amplitude_.size(); ++k) {
-    const Complex moved =
-        times(amplitude_[k], tau == stepped_ ? factor_[k] : exponential(lambda[k], tau));
+    const Complex moved = times(amplitude_[k], is_known ? factor_[k] : exponential(lambda[k], tau));
     const Complex first = times(lambda[k], moved);
     p += moved.real();
     p_slope += first.real();
@@ -82,12 +82,15 @@ AxisMotion ModalArc::at(double tau) const {
           (momentum_N_m_s_ + torque_N_m_ * tau - p_slope) / inertia, (torque_N_m_ - p_curvature) / inertia};
 }
 
+void ModalArc::make_ready(double tau) {
+  if (is_ready(tau)) return;
+  stepped_ = tau;
+  for (std::size_t k = 0; k < c_.size(); ++k) factor_[k] = exponential(basis_->lambda()[k], tau);
+}
+
 void ModalArc::move(double tau) {
   if (tau == 0) return;
-  if (tau != stepped_) {
-    stepped_ = tau;
-    for (std::size_t k = 0; k < c_.size(); ++k) factor_[k] = exponential(basis_->lambda()[k], tau);
-  }
+  make_ready(tau);
   angle_rad_ = at(tau).angle_rad;
   momentum_N_m_s_ += torque_N_m_ * tau;
   for (std::size_t k = 0; k < c_.size(); ++k) {

@@ -1,5 +1,5 @@
-// Motion of a flexible axis under a constant torque, in closed form (propagation/modal_basis.hpp), and the times
-// at which something happens on it.
+// Motion of a flexible axis under a constant torque, in closed form (propagation/modal_basis.hpp), and the
+// times at which something happens on it.
 #pragma once
 
 #include <complex>
@@ -26,6 +26,8 @@ class ModalArc {
   const ModalBasis& basis() const { return *basis_; }
   double torque_N_m() const { return torque_N_m_; }
   void set_torque(double torque_N_m);
+  /// What at(tau) and move(tau) will need is made once.
+  void make_ready(double tau);
   /// Moves the beginning to tau.
   void move(double tau);
 
@@ -62,7 +64,11 @@ class ModalArc {
   double jerk_sum_ = 0;
   double fastest_growth_ = 0;
 
-  // exp(lambda_k tau) of the length that came last: sampled laws step by the same one again and again.
+  bool is_ready(double tau) const { return std::abs(tau - stepped_) <= kSameStep_s; }
+
+  // exp(lambda_k tau) of the length that came last: sampled laws step by the same one again and again, but
+  // for the rounding of the difference of two times.
+  static constexpr double kSameStep_s = 1e-13;
   double stepped_ = -1;
   std::vector<std::complex<double>> factor_;
 };
@@ -71,7 +77,10 @@ class ModalArc {
 struct AngleScan {
   const ModalArc& arc;
   double level_rad;
-  double value(double tau) const { return arc.angle_at(tau) - level_rad; }
+  ScanPoint at(double tau) const {
+    const AxisMotion motion = arc.at(tau);
+    return {motion.angle_rad - level_rad, motion.rate_rad_s};
+  }
   ScanLook look(double a, double b) const {
     const AxisMotion middle = arc.at(0.5 * (a + b));
     const double bound = std::abs(middle.acceleration_rad_s2) + 0.5 * (b - a) * arc.jerk_bound(a, b);
@@ -83,7 +92,10 @@ struct AngleScan {
 struct RateScan {
   const ModalArc& arc;
   double level_rad_s;
-  double value(double tau) const { return arc.rate_at(tau) - level_rad_s; }
+  ScanPoint at(double tau) const {
+    const AxisMotion motion = arc.at(tau);
+    return {motion.rate_rad_s - level_rad_s, motion.acceleration_rad_s2};
+  }
   ScanLook look(double a, double b) const {
     const AxisMotion middle = arc.at(0.5 * (a + b));
     return {middle.rate_rad_s - level_rad_s, middle.acceleration_rad_s2, arc.jerk_bound(a, b)};

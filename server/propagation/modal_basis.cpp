@@ -15,8 +15,7 @@ using Complex = std::complex<double>;
 ModalBasis::ModalBasis(SingleAxisPlant plant) : plant_(std::move(plant)) {
   const double inertia_kg_m2 = plant_.inertia_kg_m2;
   const auto n = static_cast<Eigen::Index>(plant_.modes.size());
-  if (!(residual_inertia_kg_m2(plant_) > 0))
-    throw std::domain_error("I - sum D^2 must be positive");
+  if (!(residual_inertia_kg_m2(plant_) > 0)) throw std::domain_error("I - sum D^2 must be positive");
   if (n == 0) return;
 
   Eigen::VectorXd coupling(n), damping(n), stiffness(n);
@@ -84,7 +83,8 @@ void ModalBasis::to_physical(std::span<const Complex> c, std::span<double> q, st
   for (std::size_t i = 0; i < 2 * n; ++i) {
     const Complex* row = to_physical_.data() + size() * i;
     double value = 0;
-    for (std::size_t k = 0; k < size(); ++k) value += row[k].real() * c[k].real() - row[k].imag() * c[k].imag();
+    for (std::size_t k = 0; k < size(); ++k)
+      value += row[k].real() * c[k].real() - row[k].imag() * c[k].imag();
     (i < n ? q[i] : v[i - n]) = value;
   }
 }

@@ -38,7 +38,8 @@ class ModalBasis {
   std::span<const std::complex<double>> rest() const { return rest_; }
 
   /// Between modal coordinates c (size()) and physical q, q' (modes().size() each).
-  void to_modal(std::span<const double> q, std::span<const double> v, std::span<std::complex<double>> c) const;
+  void to_modal(std::span<const double> q, std::span<const double> v,
+                std::span<std::complex<double>> c) const;
   void to_physical(std::span<const std::complex<double>> c, std::span<double> q, std::span<double> v) const;
 
  private:

@@ -15,8 +15,8 @@ double FlexiblePiece::searched_peak(double at_ends) const {
   while (count > 0) {
     const Part part = parts[--count];
     const double width = part.b - part.a;
-    const double most = std::max(part.rate_a, part.rate_b) +
-                        0.125 * arc_.jerk_bound(part.a, part.b) * width * width;
+    const double most =
+        std::max(part.rate_a, part.rate_b) + 0.125 * arc_.jerk_bound(part.a, part.b) * width * width;
     if (most <= peak * (1 + kAccuracy) || count + 2 > parts.size()) continue;
     const double middle = 0.5 * (part.a + part.b);
     const double rate = std::abs(arc_.rate_at(middle));

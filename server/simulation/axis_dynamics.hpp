@@ -1,5 +1,5 @@
-// The two kinds of motion between switchings: a rigid axis on parabolas, a flexible one on its modes. What the
-// loop and the metrics ask of an arc has one name in both.
+// The two kinds of motion between switchings: a rigid axis on parabolas, a flexible one on its modes. What
+// the loop and the metrics ask of an arc has one name in both.
 #pragma once
 
 #include <algorithm>
@@ -43,7 +43,12 @@ class FlexiblePiece {
  public:
   /// [from, from + h] of the arc, at whose end the rate may be zero and nowhere else inside.
   FlexiblePiece(const ModalArc& arc, double from, double h, bool ends_at_rest)
-      : arc_(arc), from_(from), h_(h), ends_at_rest_(ends_at_rest), begin_(arc.at(from)), end_(arc.at(from + h)) {
+      : arc_(arc),
+        from_(from),
+        h_(h),
+        ends_at_rest_(ends_at_rest),
+        begin_(arc.at(from)),
+        end_(arc.at(from + h)) {
     if (ends_at_rest) end_.rate_rad_s = 0;
   }
 
@@ -97,6 +102,7 @@ class RigidDynamics {
     arc.acceleration_rad_s2 =
         (spec_.actuator.torque_N_m * u + spec_.disturbance_torque_N_m) / spec_.plant.inertia_kg_m2;
   }
+  void make_ready(Arc&, double) const {}
   void move(Arc& arc, double h) const {
     const double angle_rad = arc.angle_at(h);
     arc.rate_rad_s = arc.rate_at(h);
@@ -123,15 +129,14 @@ class FlexibleDynamics {
   using Arc = ModalArc;
 
   explicit FlexibleDynamics(const SingleAxisSpecification& spec)
-      : spec_(spec),
-        basis_(std::make_shared<const ModalBasis>(spec.plant)),
-        scratch_(basis_->size()) {}
+      : spec_(spec), basis_(std::make_shared<const ModalBasis>(spec.plant)), scratch_(basis_->size()) {}
 
   std::size_t modes() const { return basis_->modes().size(); }
   Arc start() const { return {*basis_, spec_.maneuver.initial_angle_rad, spec_.maneuver.initial_rate_rad_s}; }
   void push(Arc& arc, int u) const {
     arc.set_torque(spec_.actuator.torque_N_m * u + spec_.disturbance_torque_N_m);
   }
+  void make_ready(Arc& arc, double h) const { arc.make_ready(h); }
   void move(Arc& arc, double h) const { arc.move(h); }
   AxisMotion at(const Arc& arc, double tau) const { return arc.at(tau); }
   AxisMotion begin(const Arc& arc) const { return arc.begin(); }

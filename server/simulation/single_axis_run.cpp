@@ -272,15 +272,15 @@ void SingleAxisRun<Dynamics>::open_step(SampleSink& sink) {
       reason_ = Reason::hold_over;
     }
     const double final_angle_rad = spec_->maneuver.final_angle_rad;
-    if (law_.end_box())
-      if (const auto tau =
-              box_crossing(arc_, *law_.end_box(), final_angle_rad, in_box_, end_s_ - t_s_, resolution_s()))
-        look_for(Reason::box, *tau);
     if (!in_box_ && !is_holding())
       if (const auto crossing = side_crossing(arc_, law_, side_, final_angle_rad, end_s_ - t_s_)) {
         entered_ = crossing->entered;
         look_for(Reason::side, crossing->tau);
       }
+    if (law_.end_box())
+      if (const auto tau =
+              box_crossing(arc_, *law_.end_box(), final_angle_rad, in_box_, end_s_ - t_s_, resolution_s()))
+        look_for(Reason::box, *tau);
   }
   if (stops_at_rest)
     if (const auto tau = dynamics_.rest(arc_, end_s_ - t_s_)) {
@@ -295,6 +295,7 @@ template <typename Dynamics>
 void SingleAxisRun<Dynamics>::close_step() {
   const double h = end_s_ - t_s_;
   if (h > 0) {
+    dynamics_.make_ready(arc_, h);
     dynamics_.each_piece(arc_, h, [this](double from, double length, const auto& piece) {
       metrics_.arc(t_s_ + from, piece, u_, length);
     });

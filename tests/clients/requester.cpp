@@ -36,17 +36,22 @@ struct UnderWay {
   bool is_accepted = false;
 };
 
-// A preset with its parameters moved a little: always valid, hardly ever the same.
+// A preset with its parameters moved a little: always valid, hardly ever the same. A greater inertia leaves
+// every coupled mode permitted.
 std::string random_request(const Options& options, std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   const std::string& preset = options.presets[random() % options.presets.size()];
+  const json& base = preset_document(preset)->at("request");
+  const double inertia = base.at("plant").at("inertia_kg_m2").get<double>();
   json request = {{"preset", preset},
-                  {"plant", {{"inertia_kg_m2", 0.8 + 0.4 * unit(random)}}},
+                  {"plant", {{"inertia_kg_m2", inertia * (1 + 0.4 * unit(random))}}},
                   {"maneuver", {{"initial_angle_deg", 20 * unit(random) - 10}}},
                   {"simulation", {{"seed", random() % 1000}}},
                   {"telemetry", {{"publish_max_hz", random() % 3 * 50}}}};
   if (unit(random) < options.real_time_share)
-    request["timing"] = {{"mode", "scaled"}, {"rate", 0.5 + 4 * unit(random)}};
+    request["timing"] = {
+        {"mode", "scaled"},
+        {"rate", base.at("simulation").at("duration_s").get<double>() / (0.5 + 4.5 * unit(random))}};
   return request.dump();
 }
 
@@ -181,7 +186,7 @@ int main(int argc, char** argv) {
   app.add_option("--seed", options.seed, "of the random choices")->capture_default_str();
   app.add_option("--client-id", options.client_id, "by which as-fast work is shared out")
       ->capture_default_str();
-  app.add_option("--paced", options.real_time_share, "share of paced requests, at rates of 0.5 to 4.5")
+  app.add_option("--paced", options.real_time_share, "share of paced requests; they take 5 s at most")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   app.add_option("--preset", options.presets, "choose among these; without it: all");

@@ -127,8 +127,8 @@ TEST(FlexibleAxis, SundialsAgreesOnTheMinimumOnTime) {
   }
 }
 
-// I omega + sum D q' is the integral of the torque, exactly: from the state at the end, which went through the
-// modes, and from the on-times, which did not.
+// I omega + sum D q' is the integral of the torque, exactly: from the state at the end, which went through
+// the modes, and from the on-times, which did not.
 TEST(FlexibleAxis, MomentumIsBalancedInAThousandRandomRuns) {
   std::mt19937_64 random(6);
   for (int i = 0; i < 1000; ++i) {

@@ -1,5 +1,5 @@
-// The flexible spacecraft of Agrawal & Bang 1995, Table 1, with the couplings that the paper leaves out (derived from
-// a beam frame, elbow-heavy), and random ones.
+// The flexible spacecraft of Agrawal & Bang 1995, Table 1, with the couplings that the paper leaves out
+// (derived from a beam frame, elbow-heavy), and random ones.
 #pragma once
 
 #include <cmath>
@@ -47,7 +47,8 @@ inline SingleAxisPlant random_plant(std::mt19937_64& random) {
     const double part = uniform(0, left);
     left -= part;
     plant.modes.push_back({2 * std::numbers::pi * std::exp(uniform(std::log(0.05), std::log(20))),
-                           random() % 4 == 0 ? 0 : uniform(0, 0.1), random() % 2 ? std::sqrt(part) : -std::sqrt(part)});
+                           random() % 4 == 0 ? 0 : uniform(0, 0.1),
+                           random() % 2 ? std::sqrt(part) : -std::sqrt(part)});
   }
   return plant;
 }

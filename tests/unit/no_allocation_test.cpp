@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "tests/unit/single_axis_cases.hpp"
+#include "tests/unit/flexible_cases.hpp"
 
 namespace {
 std::atomic<bool> counting{false};
@@ -56,6 +56,16 @@ TEST(NoAllocation, InAStepOfTheContinuousLaw) {
   auto spec = test::continuous(test::single_sided(1.1, 0.1, 0), 1e-3);
   spec.law.end_box = EndBox{0.001, 0.001};
   EXPECT_EQ(allocations_of(spec), 0);
+}
+
+TEST(NoAllocation, InAStepOfAFlexibleAxis) {
+  auto spec = test::flexible_slew(1.0, 1e-3);
+  spec.telemetry_period_s = 0.01;
+  EXPECT_EQ(allocations_of(spec), 0);
+  auto events = test::continuous(spec, 0.01);
+  events.law.deadband = Deadband::single_sided;
+  events.law.deadband_rad = 0.02;
+  EXPECT_EQ(allocations_of(events), 0);
 }
 
 }  // namespace
