@@ -61,7 +61,7 @@ json ask(client::Session& session, const std::string& kind, const json& argument
 }
 
 std::string request_text(const Options& options) {
-  const std::string text = options.file.empty() ? "{}" : read_all(options.file);
+  std::string text = options.file.empty() ? "{}" : read_all(options.file);
   // Left exactly as it is where nothing is changed: the server judges it, byte for byte.
   if (options.preset.empty() && options.set.empty() && !options.verify) return text;
   json request = json::parse(text, nullptr, false);

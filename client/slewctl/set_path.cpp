@@ -40,16 +40,16 @@ void set_path(json& document, const json& base, const std::string& assignment) {
   static const json nothing;
   json* target = &document;
   const json* beneath = &base;
+  const std::string in_assignment = " in \"" + assignment + "\" ";
   for (const std::string& step : split(assignment.substr(0, equals))) {
     if (target->is_null() && beneath->is_array()) *target = *beneath;
     if (target->is_array()) {
       if (!is_index(step))
-        throw std::invalid_argument("\"" + step + "\" in \"" + assignment +
-                                    "\" should be an index into an array");
+        throw std::invalid_argument("\"" + step + "\"" + in_assignment + "should be an index into an array");
       const std::size_t index = std::stoul(step);
       if (index > target->size())
-        throw std::invalid_argument("index " + step + " in \"" + assignment +
-                                    "\" is beyond the end: the array has " + std::to_string(target->size()));
+        throw std::invalid_argument("index " + step + in_assignment + "is beyond the end: the array has " +
+                                    std::to_string(target->size()));
       if (index == target->size()) target->push_back(nullptr);
       beneath = &nothing;
       target = &(*target)[index];

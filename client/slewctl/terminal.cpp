@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 
@@ -58,7 +59,7 @@ std::string number(double value) {
 
 std::string bar(double fraction, std::size_t width) {
   const auto filled =
-      static_cast<std::size_t>(std::clamp(fraction, 0.0, 1.0) * static_cast<double>(width) + 0.5);
+      static_cast<std::size_t>(std::lround(std::clamp(fraction, 0.0, 1.0) * static_cast<double>(width)));
   std::string text = "[";
   for (std::size_t i = 0; i < width; ++i) text += i < filled ? "█" : "·";
   return text + "]";

@@ -86,7 +86,7 @@ Server::Server(const ServerOptions& options)
   journal_ = std::make_unique<Journal>(journal_file);
   publisher_ = std::make_unique<Publisher>(
       domain_, [this](FlightPointer flight) { finisher_->take(std::move(flight)); },
-      [this](FlightPointer flight) { relaunch(flight); });
+      [this](const FlightPointer& flight) { relaunch(flight); });
   finisher_ = std::make_unique<Finisher>(archive_, *journal_,
                                          [this](const FlightPointer& flight) { committed(flight); });
   as_fast_ = std::make_unique<AsFastLane>(
