@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
@@ -128,6 +129,8 @@ int gnuplot(const std::string& text) {
   const pid_t pid = fork();
   if (pid == 0) {
     dup2(ends[0], STDIN_FILENO);
+    // Labels are UTF-8, whatever the terminal's locale.
+    setenv("LC_ALL", "C.UTF-8", 1);
     execlp("gnuplot", "gnuplot", "-", static_cast<char*>(nullptr));
     _exit(127);
   }

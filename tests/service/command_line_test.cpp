@@ -117,6 +117,12 @@ TEST(CommandLine, DrawsAPicture) {
     EXPECT_EQ(server.ctl({"run", "--preset", kPreset, "--plot", picture.string()}).exit_code, 0);
     EXPECT_GT(std::filesystem::file_size(picture), 5000u);
   }
+  // Where nobody set a locale, too, there is nothing to warn of.
+  std::vector<std::string> plain{"/usr/bin/env", "LC_ALL=C"};
+  for (const std::string& argument : server.ctl_command(
+           {"run", "--quiet", "--preset", kPreset, "--plot", (server.state() / "c.png").string()}))
+    plain.push_back(argument);
+  EXPECT_EQ(run(plain).errors.find("warning"), std::string::npos);
   EXPECT_EQ(server.ctl({"run", "--preset", kPreset, "--plot", "slew.doc"}).exit_code, 2);
   EXPECT_NE(server.ctl({"run", "--preset", kPreset, "--plot", "-"}).output.find("deg"), std::string::npos);
 }
