@@ -123,6 +123,7 @@ void LosslessStream::hand_on() {
       const std::lock_guard lock(mutex_);
       std::erase_if(streaming_, [&](const Streaming& other) { return other.flight == one.flight; });
     }
+    stream_.end(*one.flight);
     drained_(one.flight);
     const std::lock_guard lock(mutex_);
     idle_.notify_all();

@@ -121,6 +121,7 @@ void Publisher::take_in(const Item& item) {
           break;
         }
         telemetry_.drain(flight);
+        telemetry_.end(flight);
       }
       drained_(item.flight);
       break;

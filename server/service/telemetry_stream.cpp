@@ -38,6 +38,15 @@ std::size_t TelemetryStream::drain(Flight& flight, std::size_t most_batches) {
   return batches;
 }
 
+void TelemetryStream::end(const Flight& flight) {
+  slew_v1_State state{};
+  flight.entry().experiment_id.store(state.experiment_id);
+  state_.unregister(state);
+  slew_v1_Thrusters thrusters{};
+  flight.entry().experiment_id.store(thrusters.experiment_id);
+  thrusters_.unregister(thrusters);
+}
+
 void TelemetryStream::write(Flight& flight) {
   slew_v1_State state{};
   flight.entry().experiment_id.store(state.experiment_id);

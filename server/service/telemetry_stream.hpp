@@ -18,6 +18,9 @@ class TelemetryStream {
   /// Writes what is in the ring, in at most so many batches. Returns how many.
   std::size_t drain(Flight& flight, std::size_t most_batches = SIZE_MAX);
 
+  /// The last of its samples is written: a writer keeps about 1 kB of every instance it does not let go of.
+  void end(const Flight& flight);
+
   /// Whether every matched reliable reader has acknowledged everything within the time.
   bool wait_for_acknowledgements(dds_duration_t timeout) {
     return state_.wait_for_acknowledgements(timeout) && thrusters_.wait_for_acknowledgements(timeout);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "client/library/telemetry.hpp"
+#include "idl/wire/reader.hpp"
 #include "tests/service/server_under_test.hpp"
 
 namespace {
@@ -93,6 +94,32 @@ TEST(Subscriber, CountsEverySampleThatWasPublished) {
   EXPECT_EQ(last.dropped, 0u);
   EXPECT_TRUE(std::is_sorted(times.begin(), times.end()));
   EXPECT_EQ(telemetry.streams().at(*id).lost, 0u);
+}
+
+// A writer that never lets go of an instance keeps it for ever.
+TEST(Subscriber, SeesThatAnEndedOneHasNoWriterOfTelemetryAnyMore) {
+  const ServerUnderTest server;
+  const wire::Domain domain({server.domain(), ""});
+  wire::Reader<slew_v1_State> state(domain);
+  wire::Reader<slew_v1_Thrusters> thrusters(domain);
+  while (state.matched() == 0 || thrusters.matched() == 0)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  for (const char* lossless : {"false", "true"}) {
+    SCOPED_TRACE(lossless);
+    server.document({"run", "--preset", kPreset, "--set", std::string("telemetry.lossless=") + lossless});
+    int received = 0, let_go = 0;
+    const auto count = [&](const auto&, const dds_sample_info_t& info) {
+      if (info.valid_data) ++received;
+      if (info.instance_state == DDS_IST_NOT_ALIVE_NO_WRITERS) ++let_go;
+    };
+    for (int i = 0; i < 100 && let_go < 2; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      state.take(count);
+      thrusters.take(count);
+    }
+    EXPECT_GT(received, 0);
+    EXPECT_GE(let_go, 2);
+  }
 }
 
 // Far faster than this reader takes them, and yet all of them, in order.
