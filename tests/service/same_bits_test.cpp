@@ -46,8 +46,8 @@ TEST(SameBits, WhateverThePaceAndTheTelemetry) {
 
 TEST(SameBits, PauseStepAndRateLeaveNoTrace) {
   const ServerUnderTest server;
-  const json submitted = server.document(
-      {"submit", "--preset", kOnTime, "--set", "timing.mode=real_time", "--set", "timing.start=held"});
+  const json submitted = server.document({"submit", "--preset", kOnTime, "--set", "timing.mode=scaled",
+                                          "--set", "timing.rate=0.1", "--set", "timing.start=held"});
   const std::string id = submitted.at("experiment_id");
   const auto phase = [&] { return server.document({"show", id}).at("phase").get<std::string>(); };
   const auto await = [&](const std::string& wanted) {
@@ -63,7 +63,7 @@ TEST(SameBits, PauseStepAndRateLeaveNoTrace) {
   EXPECT_NEAR(server.document({"show", id}).at("t_sim_s").get<double>(), 0.4, 1e-9);
   EXPECT_EQ(server.ctl({"resume", id}).exit_code, 0);
   EXPECT_TRUE(await("running"));
-  EXPECT_EQ(server.ctl({"rate", id, "0.5"}).exit_code, 0);
+  EXPECT_EQ(server.ctl({"rate", id, "0.05"}).exit_code, 0);
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
   EXPECT_EQ(server.ctl({"pause", id}).exit_code, 0);
   EXPECT_TRUE(await("paused"));
