@@ -20,9 +20,9 @@ const std::string kPreset = "agrawal-bang-1995/rigid-single-sided";
 // In portions: the heap keeps what the longest queue needed.
 void fly(const ServerUnderTest& server, int count) {
   for (; count > 0; count -= 500) {
-    const Finished flown = run({std::string(SLEW_CLIENTS) + "/requester", "--domain",
-                                std::to_string(server.domain()), "--json", "--count", "500", "--paced", "0",
-                                "--preset", kPreset, "--for", "110"});
+    const Finished flown =
+        run({std::string(SLEW_CLIENTS) + "/requester", "--domain", std::to_string(server.domain()), "--json",
+             "--count", "500", "--paced", "0", "--preset", kPreset, "--for", "110"});
     ASSERT_EQ(flown.exit_code, 0) << flown.output << flown.errors;
   }
 }
@@ -46,8 +46,9 @@ TEST(Footprint, ThousandsThatHaveEndedAreCheapToKeepAndQuickToFind) {
   ASSERT_GT(before, 0);
   const double each = (after - before) / count;
   RecordProperty("bytes_each", std::to_string(each));
-  // Live memory is 0.7 kB, of which Cyclone DDS 0.10.2 never frees 600 bytes (keys of transient-local instances);
-  // resident memory also has what lies between. A flight that is not let go of costs ten times as much.
+  // Live memory is 0.7 kB, of which Cyclone DDS 0.10.2 never frees 600 bytes (keys of transient-local
+  // instances); resident memory also has what lies between. A flight that is not let go of costs ten times as
+  // much.
   if (!SLEW_IS_SANITIZED) {
     EXPECT_LE(each, 4096) << before << " and " << after;
   }
@@ -56,8 +57,8 @@ TEST(Footprint, ThousandsThatHaveEndedAreCheapToKeepAndQuickToFind) {
   for (const char* kind : {"list", "history"})
     for (int offset = 0; offset < count; offset += 100) {
       const auto begin = std::chrono::steady_clock::now();
-      const auto answer = session->query(kind, json{{"limit", 100}, {"offset", offset}}.dump(),
-                                         std::chrono::seconds(10));
+      const auto answer =
+          session->query(kind, json{{"limit", 100}, {"offset", offset}}.dump(), std::chrono::seconds(10));
       const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
       ASSERT_TRUE(answer && answer->is_ok());
       pages_s.push_back(took.count());
@@ -76,12 +77,13 @@ TEST(Footprint, APacedOneNeedsLittleWhileItRuns) {
   const int count = 100;
   const ServerUnderTest server;
   const auto session = server.session();
-  const std::string request = json{{"preset", kPreset},
-                                   {"stop", {{"when", "duration"}}},
-                                   {"simulation", {{"duration_s", 1000}}},
-                                   {"telemetry", {{"sample_period_s", 0.02}}},
-                                   {"timing", {{"mode", "real_time"}}}}
-                                  .dump();
+  const std::string request = json{
+      {"preset", kPreset},
+      {"stop", {{"when", "duration"}}},
+      {"simulation", {{"duration_s", 1000}}},
+      {"telemetry", {{"sample_period_s", 0.02}}},
+      {"timing",
+       {{"mode", "real_time"}}}}.dump();
   const auto submit = [&](int more) {
     for (int i = 0; i < more; ++i) {
       const auto reply = session->submit(request, wire::Id::make(), std::chrono::seconds(10));
