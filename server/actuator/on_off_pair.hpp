@@ -11,6 +11,7 @@ inline constexpr double kStandardGravity_m_s2 = 9.80665;
 struct OnOffPairParameters {
   double torque_N_m = 1;
   double minimum_on_time_s = 0;  ///< a firing, once begun, lasts at least this long; 0: none
+  double switching_delay_s = 0;  ///< from a command to the torque (Bryson 1994, Fig. 3.5)
   std::optional<double> lever_arm_m;
   std::optional<double> specific_impulse_s;
   std::optional<double> gas_density_kg_m3;

@@ -16,11 +16,11 @@ constexpr double kDegPerRad = 180 / std::numbers::pi;
 // s = const are derived from Eqs. 11, 15 and 19). A constant disturbance delta N along the slew leaves
 // a (1 + delta) to accelerate with and a (1 - delta) to brake with; inside a dead band it keeps accelerating,
 // for which there is no prediction here. Null where the closed forms do not apply.
-json predictions(const SingleAxisSpecification& spec) {
+json predictions(const OnOffAxisSpecification& spec) {
   const double slew = std::abs(spec.maneuver.final_angle_rad - spec.maneuver.initial_angle_rad);
   const double a = spec.actuator.torque_N_m / spec.plant.inertia_kg_m2;
   const int direction = slew_direction(spec.maneuver);
-  const double delta = direction * spec.disturbance_torque_N_m / spec.actuator.torque_N_m;
+  const double delta = direction * spec.disturbances.constant_N_m / spec.actuator.torque_N_m;
   if (slew == 0 || spec.maneuver.initial_rate_rad_s != 0 || std::abs(delta) >= 1) return nullptr;
 
   const double g = error_factor(spec);
@@ -57,7 +57,7 @@ json predictions(const SingleAxisSpecification& spec) {
 }
 
 // Frequencies clamped as they were given; free, as an observer of the attitude sees them.
-json plant(const SingleAxisSpecification& spec) {
+json plant(const OnOffAxisSpecification& spec) {
   json document = {{"type", spec.plant.modes.empty() ? "rigid_axis" : "flexible_axis"},
                    {"inertia_kg_m2", spec.plant.inertia_kg_m2},
                    {"acceleration_deg_s2", spec.actuator.torque_N_m / spec.plant.inertia_kg_m2 * kDegPerRad}};
@@ -86,21 +86,22 @@ json plant(const SingleAxisSpecification& spec) {
 }
 
 // What the run asks of the machine.
-json size(const SingleAxisSpecification& spec) {
-  const double step_s = spec.sample_period_s.value_or(spec.actuator.minimum_on_time_s);
-  return {{"most_control_steps", std::ceil(spec.duration_s / step_s)},
+json size(const OnOffAxisSpecification& spec) {
+  const double step_s =
+      spec.evaluation == Evaluation::sampled ? spec.sample_period_s : spec.actuator.minimum_on_time_s;
+  return {{"most_control_steps", step_s > 0 ? json(std::ceil(spec.duration_s / step_s)) : json(nullptr)},
           {"most_telemetry_samples", std::floor(spec.duration_s / spec.telemetry_period_s) + 2}};
 }
 
 }  // namespace
 
 json describe(const Prepared& prepared) {
-  const SingleAxisSpecification& spec = prepared.system;
+  const OnOffAxisSpecification& spec = prepared.system;
   const double g = error_factor(spec);
   const SwitchingFunction law(spec.law, spec.maneuver.final_angle_rad, slew_direction(spec.maneuver));
   json regularisation;
-  if (spec.sample_period_s)
-    regularisation = {{"type", "sampled"}, {"period_s", *spec.sample_period_s}};
+  if (spec.evaluation == Evaluation::sampled)
+    regularisation = {{"type", "sampled"}, {"period_s", spec.sample_period_s}};
   else
     regularisation = {{"type", "minimum_on_time"}, {"minimum_on_time_s", spec.actuator.minimum_on_time_s}};
   return {{"plant", plant(spec)},

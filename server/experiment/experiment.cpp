@@ -1,10 +1,9 @@
 #include "server/experiment/experiment.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
-#include <numbers>
 
+#include "server/experiment/axis_request.hpp"
 #include "server/experiment/limits.hpp"
 #include "server/experiment/physics.hpp"
 #include "server/experiment/preset.hpp"
@@ -16,12 +15,6 @@ namespace slew {
 namespace {
 
 using nlohmann::json;
-
-constexpr double kRadPerDeg = std::numbers::pi / 180;
-
-double radians(const json& value_deg) {
-  return value_deg.get<double>() * kRadPerDeg;
-}
 
 std::optional<double> optional_number(const json& block, const char* name) {
   const auto place = block.find(name);
@@ -102,61 +95,6 @@ void name_the_preset(std::vector<Violation>& violations, const json& request) {
       violation.problem += " (it comes from the preset; null removes it)";
 }
 
-SingleAxisSpecification specify(const json& request) {
-  const json& maneuver = request.at("maneuver");
-  const json& controller = request.at("controller");
-  const json& actuator = request.at("actuator");
-  const json& simulation = request.at("simulation");
-
-  SingleAxisSpecification spec;
-  spec.plant.inertia_kg_m2 = request.at("plant").at("inertia_kg_m2");
-  if (const auto modes = request.at("plant").find("modes"); modes != request.at("plant").end())
-    for (const json& mode : *modes)
-      spec.plant.modes.push_back(
-          {.frequency_rad_s = 2 * std::numbers::pi * mode.at("frequency_hz").get<double>(),
-           .damping = mode.at("damping_ratio"),
-           .coupling_sqrt_kg_m = mode.at("coupling_sqrt_kg_m")});
-  spec.maneuver = {.initial_angle_rad = radians(maneuver.at("initial_angle_deg")),
-                   .initial_rate_rad_s = radians(maneuver.at("initial_rate_deg_s")),
-                   .final_angle_rad = radians(maneuver.at("final_angle_deg"))};
-  spec.actuator = {.torque_N_m = actuator.at("torque_N_m"),
-                   .minimum_on_time_s = actuator.at("minimum_on_time_s"),
-                   .lever_arm_m = optional_number(actuator, "lever_arm_m"),
-                   .specific_impulse_s = optional_number(actuator, "specific_impulse_s"),
-                   .gas_density_kg_m3 = optional_number(actuator, "gas_density_kg_m3")};
-
-  // I*/N* = gamma I/N (Agrawal & Bang 1995, Eq. 7).
-  spec.law.inertia_kg_m2 =
-      controller.at("gamma").get<double>() * controller.value("inertia_kg_m2", spec.plant.inertia_kg_m2);
-  spec.law.torque_N_m = controller.value("torque_N_m", spec.actuator.torque_N_m);
-  spec.law.gamma_bar = controller.at("gamma_bar");
-  const json& deadband = controller.at("deadband");
-  if (deadband.at("type") == "double_sided") spec.law.deadband = Deadband::double_sided;
-  if (deadband.at("type") == "single_sided") spec.law.deadband = Deadband::single_sided;
-  if (deadband.contains("width_deg")) spec.law.deadband_rad = radians(deadband.at("width_deg"));
-  if (const auto box = controller.find("end_box"); box != controller.end())
-    spec.law.end_box = EndBox{radians(box->at("angle_deg")), radians(box->at("rate_deg_s"))};
-  const json& evaluation = controller.at("evaluation");
-  if (evaluation.at("type") == "sampled") spec.sample_period_s = evaluation.at("period_s").get<double>();
-
-  for (const json& disturbance : request.at("disturbances"))
-    spec.disturbance_torque_N_m += disturbance.at("torque_N_m").get<double>();
-
-  const std::string& stop = request.at("stop").at("when").get_ref<const std::string&>();
-  if (stop == "end_box") spec.stop = StopCondition::end_box;
-  if (stop == "first_rest") spec.stop = StopCondition::first_rest;
-  const json& tolerance = request.at("metrics").at("settling").at("tolerance");
-  spec.settling = tolerance.at("type") == "absolute"
-                      ? SettlingCriterion{SettlingTolerance::absolute, radians(tolerance.at("value_deg"))}
-                      : SettlingCriterion{SettlingTolerance::fraction_of_initial, tolerance.at("value")};
-  spec.duration_s = simulation.at("duration_s");
-  spec.verification_tolerance = simulation.at("verification_relative_tolerance");
-  spec.telemetry_period_s = request.at("telemetry").at("sample_period_s");
-  spec.output_times_s = request.at("outputs").at("at_s").get<std::vector<double>>();
-  std::sort(spec.output_times_s.begin(), spec.output_times_s.end());
-  return spec;
-}
-
 TimingSpecification specify_timing(const json& timing) {
   TimingSpecification spec;
   const auto& mode = timing.at("mode").get_ref<const std::string&>();
@@ -174,27 +112,6 @@ TimingSpecification specify_timing(const json& timing) {
   spec.expires_s = optional_number(timing, "expires_s");
   spec.run_again_after_restart = timing.at("after_restart") == "run_again";
   return spec;
-}
-
-// What is legal and yet worth a word.
-std::vector<std::string> warnings_about(const SingleAxisSpecification& spec) {
-  std::vector<std::string> warnings;
-  const double slew_rad = std::abs(spec.maneuver.final_angle_rad - spec.maneuver.initial_angle_rad);
-  if (spec.law.deadband != Deadband::none && spec.law.deadband_rad >= slew_rad &&
-      spec.maneuver.initial_rate_rad_s == 0)
-    warnings.push_back("the dead band is not smaller than the slew: nothing fires");
-  const double g = error_factor(spec);
-  if (spec.law.deadband == Deadband::single_sided && g < 1)
-    warnings.push_back("gamma_bar times gamma is " + json(g).dump() +
-                       ", below 1: with a single-sided dead band the slew overshoots and ends slowly "
-                       "(Agrawal & Bang 1995 ask for gamma_bar >= 1/gamma_min)");
-  if (std::abs(spec.disturbance_torque_N_m) >= spec.actuator.torque_N_m)
-    warnings.push_back(
-        "the disturbance is not smaller than the thrusters' torque: they cannot hold against it");
-  for (std::size_t i = 0; i < spec.plant.modes.size(); ++i)
-    if (spec.plant.modes[i].damping < 0)
-      warnings.push_back("mode " + std::to_string(i + 1) + " has negative damping: it grows by itself");
-  return warnings;
 }
 
 }  // namespace
@@ -226,7 +143,7 @@ std::variant<Prepared, Rejection> prepare(std::string_view request_text) {
     return invalid(std::move(violations));
   }
   Prepared prepared;
-  prepared.system = specify(resolved);
+  prepared.system = specify_on_off_axis(resolved);
   prepared.preset = resolved.value("preset", "");
   prepared.label = resolved.at("label");
   prepared.warnings = warnings_about(prepared.system);
@@ -243,14 +160,14 @@ std::variant<Prepared, Rejection> prepare(std::string_view request_text) {
 }
 
 std::unique_ptr<Run> make_run(const Prepared& prepared) {
-  auto run = make_single_axis_run(prepared.system);
+  auto run = make_on_off_axis_run(prepared.system);
   return prepared.ballast_operations_per_step == 0
              ? std::move(run)
              : with_ballast(std::move(run), prepared.ballast_operations_per_step);
 }
 
 std::unique_ptr<Run> make_verification(const Prepared& prepared) {
-  return make_single_axis_verification(prepared.system);
+  return make_on_off_axis_verification(prepared.system);
 }
 
 }  // namespace slew

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "server/experiment/document.hpp"
+#include "server/simulation/axis.hpp"
 #include "server/simulation/run.hpp"
-#include "server/simulation/single_axis.hpp"
 
 namespace slew {
 
@@ -47,7 +47,7 @@ struct Prepared {
   TelemetrySpecification telemetry;
   bool verify = false;
   std::uint64_t ballast_operations_per_step = 0;
-  SingleAxisSpecification system;
+  OnOffAxisSpecification system;
 };
 
 /// A request that may not: a code for programs, a sentence for people, and every reason.

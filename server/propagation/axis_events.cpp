@@ -6,32 +6,53 @@ namespace slew {
 namespace {
 
 // Where omega keeps its sign sigma, s is a quadratic in tau,
-//   s = (theta_0 - theta_f + sigma k omega_0^2) + omega_0 (1 + 2 sigma k alpha) tau
+//   s = (theta_0 - theta_f + T omega_0 + sigma k omega_0^2) + (omega_0 (1 + 2 sigma k alpha) + T alpha) tau
 //       + alpha/2 (1 + 2 sigma k alpha) tau^2,
-// and monotone: ds/dtau = omega (1 + 2 sigma k alpha).
+// and monotone on either side of where ds/dtau = 0; with T = 0 that is where omega = 0.
 struct Piece {
   double begin;
   double end;
   double sigma;
 };
 
-// At most two, divided where omega passes through zero.
 struct Pieces {
   int count;
-  std::array<Piece, 2> piece;
+  std::array<Piece, 4> piece;
 };
 
 double sign_of(double value) {
   return value < 0 ? -1 : 1;
 }
 
-Pieces monotone_pieces(const QuadraticArc<double>& arc, double h) {
+double first_coefficient(const QuadraticArc<double>& arc, const SwitchingFunction& law, double slope) {
+  return arc.rate_rad_s * slope + law.rate_gain() * arc.acceleration_rad_s2;
+}
+
+Pieces monotone_pieces(const QuadraticArc<double>& arc, const SwitchingFunction& law, double h) {
   const double rate = arc.rate_rad_s;
   const double sigma = rate != 0 ? sign_of(rate) : sign_of(arc.acceleration_rad_s2);
+  Pieces pieces{1, {Piece{0, h, sigma}, Piece{}, Piece{}, Piece{}}};
   if (rate != 0)
     if (const auto rest = rest_time(arc, h); rest && *rest < h)
-      return {2, {Piece{0, *rest, sigma}, Piece{*rest, h, -sigma}}};
-  return {1, {Piece{0, h, sigma}, Piece{}}};
+      pieces = {2, {Piece{0, *rest, sigma}, Piece{*rest, h, -sigma}, Piece{}, Piece{}}};
+  if (law.rate_gain() == 0) return pieces;
+
+  Pieces divided{0, {}};
+  const auto add = [&divided](const Piece& piece) {
+    divided.piece[static_cast<std::size_t>(divided.count++)] = piece;
+  };
+  for (int i = 0; i < pieces.count; ++i) {
+    const Piece& piece = pieces.piece[static_cast<std::size_t>(i)];
+    const double slope = 1 + 2 * piece.sigma * law.curvature() * arc.acceleration_rad_s2;
+    const double tau = -first_coefficient(arc, law, slope) / (arc.acceleration_rad_s2 * slope);
+    if (!(tau > piece.begin && tau < piece.end)) {
+      add(piece);
+      continue;
+    }
+    add({piece.begin, tau, piece.sigma});
+    add({tau, piece.end, piece.sigma});
+  }
+  return divided;
 }
 
 double s_at(const QuadraticArc<double>& arc, const SwitchingFunction& law, double tau) {
@@ -40,12 +61,13 @@ double s_at(const QuadraticArc<double>& arc, const SwitchingFunction& law, doubl
 
 // The time in the piece at which s = level, which is known to be passed there.
 double crossing_time(const QuadraticArc<double>& arc, const SwitchingFunction& law, const Piece& piece,
-                     double final_angle_rad, double level_rad) {
+                     double level_rad) {
   const double k = law.curvature();
   const double slope = 1 + 2 * piece.sigma * k * arc.acceleration_rad_s2;
-  const double c0 =
-      arc.angle_rad - final_angle_rad + piece.sigma * k * arc.rate_rad_s * arc.rate_rad_s - level_rad;
-  const auto roots = quadratic_roots(c0, arc.rate_rad_s * slope, 0.5 * arc.acceleration_rad_s2 * slope);
+  const double c0 = arc.angle_rad - law.final_angle_rad() + law.rate_gain() * arc.rate_rad_s +
+                    piece.sigma * k * arc.rate_rad_s * arc.rate_rad_s - level_rad;
+  const auto roots =
+      quadratic_roots(c0, first_coefficient(arc, law, slope), 0.5 * arc.acceleration_rad_s2 * slope);
   // Rounding may put the root a little outside; the nearest one is meant.
   double best = piece.end;
   double distance = HUGE_VAL;
@@ -60,7 +82,32 @@ double crossing_time(const QuadraticArc<double>& arc, const SwitchingFunction& l
   return best;
 }
 
-bool in_box(const QuadraticArc<double>& arc, const EndBox& box, double final_angle_rad, double tau) {
+// With theta - reference at a level.
+template <typename Function>
+void each_time_at_angle(const QuadraticArc<double>& arc, double reference_rad, double level_rad,
+                        Function&& each) {
+  const auto roots = quadratic_roots(arc.angle_rad - reference_rad - level_rad, arc.rate_rad_s,
+                                     0.5 * arc.acceleration_rad_s2);
+  for (int i = 0; i < roots.count; ++i) each(roots.tau[static_cast<std::size_t>(i)]);
+}
+
+template <typename Function>
+void each_time_at_angle(const HubPath& path, double reference_rad, double level_rad, Function&& each) {
+  path.each_time_at_angle(reference_rad + level_rad, each);
+}
+
+template <typename Function>
+void each_time_at_rate(const QuadraticArc<double>& arc, double rate_rad_s, Function&& each) {
+  if (arc.acceleration_rad_s2 != 0) each((rate_rad_s - arc.rate_rad_s) / arc.acceleration_rad_s2);
+}
+
+template <typename Function>
+void each_time_at_rate(const HubPath& path, double rate_rad_s, Function&& each) {
+  path.each_time_at_rate(rate_rad_s, each);
+}
+
+template <typename Path>
+bool in_box(const Path& arc, const EndBox& box, double final_angle_rad, double tau) {
   return std::abs(arc.angle_at(tau) - final_angle_rad) <= box.angle_rad &&
          std::abs(arc.rate_at(tau)) <= box.rate_rad_s;
 }
@@ -68,28 +115,22 @@ bool in_box(const QuadraticArc<double>& arc, const EndBox& box, double final_ang
 }  // namespace
 
 std::optional<SideCrossing> side_crossing(const QuadraticArc<double>& arc, const SwitchingFunction& law,
-                                          SwitchingSide side, double final_angle_rad, double h) {
-  const Pieces pieces = monotone_pieces(arc, h);
+                                          SwitchingSide side, double h) {
+  const Pieces pieces = monotone_pieces(arc, law, h);
   for (int i = 0; i < pieces.count; ++i) {
     const Piece& piece = pieces.piece[static_cast<std::size_t>(i)];
     const double end = s_at(arc, law, piece.end);
-    const auto at = [&](double level) { return crossing_time(arc, law, piece, final_angle_rad, level); };
+    const auto at = [&](double level) { return crossing_time(arc, law, piece, level); };
     switch (side) {
       case SwitchingSide::below:
-        if (end > law.lower_rad())
-          return SideCrossing{at(law.lower_rad()), law.lower_rad() == law.upper_rad()
-                                                       ? SwitchingSide::above
-                                                       : SwitchingSide::inside};
+        if (end > law.leave_below_rad()) return SideCrossing{at(law.leave_below_rad()), law.beyond_below()};
         break;
       case SwitchingSide::above:
-        if (end < law.upper_rad())
-          return SideCrossing{at(law.upper_rad()), law.lower_rad() == law.upper_rad()
-                                                       ? SwitchingSide::below
-                                                       : SwitchingSide::inside};
+        if (end < law.leave_above_rad()) return SideCrossing{at(law.leave_above_rad()), law.beyond_above()};
         break;
       case SwitchingSide::inside:
-        if (end > law.upper_rad()) return SideCrossing{at(law.upper_rad()), SwitchingSide::above};
-        if (end < law.lower_rad()) return SideCrossing{at(law.lower_rad()), SwitchingSide::below};
+        if (end > law.enter_above_rad()) return SideCrossing{at(law.enter_above_rad()), SwitchingSide::above};
+        if (end < law.enter_below_rad()) return SideCrossing{at(law.enter_below_rad()), SwitchingSide::below};
         break;
     }
   }
@@ -98,17 +139,16 @@ std::optional<SideCrossing> side_crossing(const QuadraticArc<double>& arc, const
 
 namespace {
 
-// s - level along an arc; ds/dtau = omega + 2 k |omega| alpha.
+// s - level along an arc; ds/dtau = omega + (T + 2 k |omega|) alpha.
 struct SideScan {
   const ModalArc& arc;
   const SwitchingFunction& law;
   double level_rad;
 
-  ScanPoint at(double tau) const {
-    const AxisMotion motion = arc.at(tau);
-    return {
-        law.value(motion.angle_rad, motion.rate_rad_s) - level_rad,
-        motion.rate_rad_s + 2 * law.curvature() * std::abs(motion.rate_rad_s) * motion.acceleration_rad_s2};
+  ScanPoint at(double tau) const { return point(arc.at(tau)); }
+  ScanPoint point(const AxisMotion& motion) const {
+    return {law.value(motion.angle_rad, motion.rate_rad_s) - level_rad,
+            motion.rate_rad_s + law.rate_slope(motion.rate_rad_s) * motion.acceleration_rad_s2};
   }
   ScanLook look(double a, double b) const {
     const AxisMotion motion = arc.at(0.5 * (a + b));
@@ -116,33 +156,29 @@ struct SideScan {
     const double jerk = arc.jerk_bound(a, b);
     const double acceleration = std::abs(motion.acceleration_rad_s2) + half * jerk;
     const double rate = std::abs(motion.rate_rad_s) + half * acceleration;
-    return {
-        law.value(motion.angle_rad, motion.rate_rad_s) - level_rad,
-        motion.rate_rad_s + 2 * law.curvature() * std::abs(motion.rate_rad_s) * motion.acceleration_rad_s2,
-        acceleration + k2 * (acceleration * acceleration + rate * jerk)};
+    const ScanPoint middle = point(motion);
+    return {middle.value, middle.slope,
+            acceleration + law.rate_gain() * jerk + k2 * (acceleration * acceleration + rate * jerk)};
   }
 };
 
 }  // namespace
 
 std::optional<SideCrossing> side_crossing(const ModalArc& arc, const SwitchingFunction& law,
-                                          SwitchingSide side, double, double h) {
+                                          SwitchingSide side, double h) {
   const double resolution = 1e-13 * h;
-  const bool is_a_line = law.lower_rad() == law.upper_rad();
   const auto passes = [&](double level, int sign) {
     return first_crossing(SideScan{arc, law, level}, sign, 0, h, resolution);
   };
   if (side == SwitchingSide::below) {
-    const auto tau = passes(law.lower_rad(), 1);
-    if (!tau) return std::nullopt;
-    return SideCrossing{*tau, is_a_line ? SwitchingSide::above : SwitchingSide::inside};
+    const auto tau = passes(law.leave_below_rad(), 1);
+    return tau ? std::optional(SideCrossing{*tau, law.beyond_below()}) : std::nullopt;
   }
   if (side == SwitchingSide::above) {
-    const auto tau = passes(law.upper_rad(), -1);
-    if (!tau) return std::nullopt;
-    return SideCrossing{*tau, is_a_line ? SwitchingSide::below : SwitchingSide::inside};
+    const auto tau = passes(law.leave_above_rad(), -1);
+    return tau ? std::optional(SideCrossing{*tau, law.beyond_above()}) : std::nullopt;
   }
-  const auto up = passes(law.upper_rad(), 1), down = passes(law.lower_rad(), -1);
+  const auto up = passes(law.enter_above_rad(), 1), down = passes(law.enter_below_rad(), -1);
   if (up && (!down || *up <= *down)) return SideCrossing{*up, SwitchingSide::above};
   if (down) return SideCrossing{*down, SwitchingSide::below};
   return std::nullopt;
@@ -158,35 +194,50 @@ int side_motion(const QuadraticArc<double>& arc, const SwitchingFunction& law) {
   const double acceleration = arc.acceleration_rad_s2;
   if (rate == 0 && acceleration == 0) return 0;
   const double sigma = rate != 0 ? sign_of(rate) : sign_of(acceleration);
-  const double slope = sigma + 2 * law.curvature() * acceleration;
+  double slope = sigma + 2 * law.curvature() * acceleration;
+  if (law.rate_gain() != 0) {
+    const double factor = 1 + 2 * sigma * law.curvature() * acceleration;
+    slope = first_coefficient(arc, law, factor);
+    if (slope == 0) slope = acceleration * factor;
+  }
   return slope > 0 ? 1 : slope < 0 ? -1 : 0;
 }
 
-std::optional<double> box_crossing(const QuadraticArc<double>& arc, const EndBox& box, double final_angle_rad,
-                                   bool inside, double h, double resolution) {
+namespace {
+
+template <typename Path>
+std::optional<double> box_crossing_on_path(const Path& path, const EndBox& box, double final_angle_rad,
+                                           bool inside, double h, double resolution) {
   // Every time at which one of the four sides is met; between two of them the answer cannot change.
   AscendingTimes<8> times;
   const auto add = [&](double tau) {
     if (tau > 0 && tau < h) times.add(tau);
   };
-  for (const double side : {-box.angle_rad, box.angle_rad}) {
-    const auto roots = quadratic_roots(arc.angle_rad - final_angle_rad - side, arc.rate_rad_s,
-                                       0.5 * arc.acceleration_rad_s2);
-    for (int i = 0; i < roots.count; ++i) add(roots.tau[static_cast<std::size_t>(i)]);
-  }
-  if (arc.acceleration_rad_s2 != 0)
-    for (const double side : {-box.rate_rad_s, box.rate_rad_s})
-      add((side - arc.rate_rad_s) / arc.acceleration_rad_s2);
+  for (const double side : {-box.angle_rad, box.angle_rad})
+    each_time_at_angle(path, final_angle_rad, side, add);
+  for (const double side : {-box.rate_rad_s, box.rate_rad_s}) each_time_at_rate(path, side, add);
   times.add(h);
 
   double begin = 0;
   for (std::size_t i = 0; i < times.count(); ++i) {
     if (times[i] - begin > resolution &&
-        in_box(arc, box, final_angle_rad, 0.5 * (begin + times[i])) != inside)
+        in_box(path, box, final_angle_rad, 0.5 * (begin + times[i])) != inside)
       return begin;
     begin = times[i];
   }
   return std::nullopt;
+}
+
+}  // namespace
+
+std::optional<double> box_crossing(const QuadraticArc<double>& arc, const EndBox& box, double final_angle_rad,
+                                   bool inside, double h, double resolution) {
+  return box_crossing_on_path(arc, box, final_angle_rad, inside, h, resolution);
+}
+
+std::optional<double> box_crossing(const HubPath& path, const EndBox& box, double final_angle_rad,
+                                   bool inside, double h, double resolution) {
+  return box_crossing_on_path(path, box, final_angle_rad, inside, h, resolution);
 }
 
 namespace {

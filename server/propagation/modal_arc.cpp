@@ -21,15 +21,38 @@ Complex exponential(Complex lambda, double tau) {
 
 }  // namespace
 
-ModalArc::ModalArc(const ModalBasis& basis, double angle_rad, double rate_rad_s)
-    : basis_(&basis),
-      angle_rad_(angle_rad),
-      momentum_N_m_s_(basis.inertia_kg_m2() * rate_rad_s),
-      c_(basis.size()),
-      amplitude_(basis.size()),
-      factor_(basis.size()) {
+ModalArc::ModalArc(const ModalBasis& basis, double angle_rad, double rate_rad_s,
+                   std::span<const Sinusoid> sinusoids)
+    : basis_(&basis), c_(basis.size()), amplitude_(basis.size()), factor_(basis.size()) {
   for (const Complex lambda : basis.lambda()) fastest_growth_ = std::max(fastest_growth_, lambda.real());
+  std::vector<Complex> z;
+  for (const Sinusoid& sinusoid : sinusoids)
+    z.push_back(std::polar(sinusoid.amplitude_N_m, sinusoid.phase_rad));
+  const std::vector<double> still(basis.modes().size());
+  begin_anew(angle_rad, rate_rad_s, still, still, z);
+}
+
+void ModalArc::begin_anew(double angle_rad, double rate_rad_s, std::span<const double> q,
+                          std::span<const double> v, std::span<const Complex> z) {
+  angle_rad_ = angle_rad;
+  momentum_N_m_s_ = basis_->inertia_kg_m2() * rate_rad_s;
+  for (std::size_t i = 0; i < v.size(); ++i) momentum_N_m_s_ += basis_->modes()[i].coupling_sqrt_kg_m * v[i];
+  const std::size_t modal = c_.size() - z.size();
+  for (std::size_t j = 0; j < z.size(); ++j) {
+    c_[modal + j] = z[j];
+    momentum_N_m_s_ += z[j].real() / basis_->lambda()[modal + j].imag();
+  }
+  basis_->to_modal(q, v, c_);
   renew();
+}
+
+double ModalArc::momentum_at(double tau) const {
+  double momentum = momentum_N_m_s_ + torque_N_m_ * tau;
+  for (std::size_t k = c_.size() - basis_->sinusoids(); k < c_.size(); ++k) {
+    const Complex lambda = basis_->lambda()[k];
+    momentum -= times(c_[k], exponential(lambda, tau)).real() / lambda.imag();
+  }
+  return momentum;
 }
 
 void ModalArc::set_torque(double torque_N_m) {

@@ -21,7 +21,8 @@ struct AxisMotion {
 class ModalArc {
  public:
   /// Elastic coordinates at rest and undeflected. The basis must outlive it.
-  ModalArc(const ModalBasis& basis, double angle_rad, double rate_rad_s);
+  ModalArc(const ModalBasis& basis, double angle_rad, double rate_rad_s,
+           std::span<const Sinusoid> sinusoids = {});
 
   const ModalBasis& basis() const { return *basis_; }
   double torque_N_m() const { return torque_N_m_; }
@@ -35,7 +36,12 @@ class ModalArc {
   AxisMotion at(double tau) const;
   double angle_at(double tau) const { return at(tau).angle_rad; }
   double rate_at(double tau) const { return at(tau).rate_rad_s; }
-  double momentum_at(double tau) const { return momentum_N_m_s_ + torque_N_m_ * tau; }
+  double momentum_at(double tau) const;
+  /// From here on: z as it was at the beginning moved by tau. The torque stays.
+  void begin_anew(double angle_rad, double rate_rad_s, std::span<const double> q, std::span<const double> v,
+                  std::span<const std::complex<double>> z);
+  /// z_j = A_j exp(i (W_j t + phi_j)) at its beginning.
+  std::span<const std::complex<double>> sinusoids() const { return std::span(c_).last(basis_->sinusoids()); }
   /// q and q' at tau; `scratch` has room for basis().size().
   void deflection_at(double tau, std::span<std::complex<double>> scratch, std::span<double> q,
                      std::span<double> v) const;
@@ -51,7 +57,7 @@ class ModalArc {
 
   const ModalBasis* basis_;
   double angle_rad_;
-  double momentum_N_m_s_;
+  double momentum_N_m_s_;  ///< without what the sinusoids make of it, but for a constant
   double torque_N_m_ = 0;
   std::vector<std::complex<double>> c_;
   AxisMotion begin_{};

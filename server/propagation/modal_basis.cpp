@@ -12,21 +12,33 @@ using Complex = std::complex<double>;
 
 }  // namespace
 
-ModalBasis::ModalBasis(SingleAxisPlant plant) : plant_(std::move(plant)) {
-  const double inertia_kg_m2 = plant_.inertia_kg_m2;
+ModalBasis::ModalBasis(SingleAxisPlant plant, std::span<const Sinusoid> sinusoids)
+    : plant_(std::move(plant)) {
   const auto n = static_cast<Eigen::Index>(plant_.modes.size());
   if (!(residual_inertia_kg_m2(plant_) > 0)) throw std::domain_error("I - sum D^2 must be positive");
-  if (n == 0) return;
+  if (n > 0) add_modes();
+  for (const Sinusoid& sinusoid : sinusoids) add_sinusoid(sinusoid);
+}
 
-  Eigen::VectorXd coupling(n), damping(n), stiffness(n);
+// M q'' + C q' + K q = -D torque / I, the hub eliminated.
+ModalBasis::Reduced ModalBasis::reduced() const {
+  const auto n = static_cast<Eigen::Index>(plant_.modes.size());
+  Reduced system{Eigen::VectorXd(n), Eigen::VectorXd(n), Eigen::VectorXd(n), {}};
   for (Eigen::Index i = 0; i < n; ++i) {
     const ElasticMode& mode = plant_.modes[static_cast<std::size_t>(i)];
-    coupling(i) = mode.coupling_sqrt_kg_m;
-    damping(i) = 2 * mode.damping * mode.frequency_rad_s;
-    stiffness(i) = mode.frequency_rad_s * mode.frequency_rad_s;
+    system.coupling(i) = mode.coupling_sqrt_kg_m;
+    system.damping(i) = 2 * mode.damping * mode.frequency_rad_s;
+    system.stiffness(i) = mode.frequency_rad_s * mode.frequency_rad_s;
   }
-  const Eigen::MatrixXd mass =
-      Eigen::MatrixXd::Identity(n, n) - coupling * coupling.transpose() / inertia_kg_m2;
+  system.mass =
+      Eigen::MatrixXd::Identity(n, n) - system.coupling * system.coupling.transpose() / plant_.inertia_kg_m2;
+  return system;
+}
+
+void ModalBasis::add_modes() {
+  const double inertia_kg_m2 = plant_.inertia_kg_m2;
+  const auto n = static_cast<Eigen::Index>(plant_.modes.size());
+  const auto& [coupling, damping, stiffness, mass] = reduced();
   const Eigen::MatrixXd inverse = mass.inverse();
 
   const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> undamped(stiffness.asDiagonal(), mass,
@@ -54,7 +66,6 @@ ModalBasis::ModalBasis(SingleAxisPlant plant) : plant_(std::move(plant)) {
   Eigen::VectorXd at_rest = Eigen::VectorXd::Zero(2 * n);
   at_rest.head(n) = -coupling.cwiseQuotient(stiffness) / inertia_kg_m2;
   const auto pairs = kept.size();
-  to_physical_.resize(2 * static_cast<std::size_t>(n) * pairs);
   for (std::size_t j = 0; j < pairs; ++j) {
     const Eigen::Index k = kept[j];
     const Complex lambda = solver.eigenvalues()(k);
@@ -64,27 +75,54 @@ ModalBasis::ModalBasis(SingleAxisPlant plant) : plant_(std::move(plant)) {
     rest_.push_back((left.row(k) * at_rest.cast<Complex>())(0));
     for (Eigen::Index i = 0; i < 2 * n; ++i) {
       to_modal_.push_back(left(k, i));
-      to_physical_[static_cast<std::size_t>(i) * pairs + j] = doubled * vectors(i, k);
+      to_physical_.push_back(doubled * vectors(i, k));
     }
   }
 }
 
+// Im(G z) = Re(-i G z), with the response G of q to exp(i W t), and what the torque does to a rigid body.
+void ModalBasis::add_sinusoid(const Sinusoid& sinusoid) {
+  const double w = sinusoid.frequency_rad_s;
+  const auto n = static_cast<Eigen::Index>(plant_.modes.size());
+  Complex weight = 1 / (w * w);
+  ++sinusoids_;
+  if (n > 0) {
+    const auto& [coupling, damping, stiffness, mass] = reduced();
+    Eigen::MatrixXcd dynamic = -w * w * mass.cast<Complex>();
+    dynamic.diagonal() += stiffness.cast<Complex>() + Complex(0, w) * damping.cast<Complex>();
+    const Eigen::PartialPivLU<Eigen::MatrixXcd> factored(dynamic);
+    if (!(factored.rcond() > 1e-14)) throw std::domain_error("a sinusoid meets an undamped mode");
+    const Eigen::VectorXcd response = factored.solve(-coupling.cast<Complex>() / plant_.inertia_kg_m2);
+    weight += coupling.cast<Complex>().cwiseProduct(response).sum();
+    for (Eigen::Index i = 0; i < n; ++i) to_physical_.push_back(Complex(0, -1) * response(i));
+    for (Eigen::Index i = 0; i < n; ++i) to_physical_.push_back(w * response(i));
+  }
+  lambda_.emplace_back(0, w);
+  p_weight_.push_back(Complex(0, -1) * weight);
+  rest_.emplace_back(0);
+}
+
 void ModalBasis::to_modal(std::span<const double> q, std::span<const double> v, std::span<Complex> c) const {
-  const std::size_t n = plant_.modes.size();
-  for (std::size_t k = 0; k < size(); ++k) {
+  const std::size_t n = plant_.modes.size(), modal = size() - sinusoids_;
+  for (std::size_t k = 0; k < modal; ++k) {
     const Complex* row = to_modal_.data() + 2 * n * k;
     c[k] = 0;
-    for (std::size_t i = 0; i < n; ++i) c[k] += row[i] * q[i] + row[n + i] * v[i];
+    for (std::size_t i = 0; i < 2 * n; ++i) {
+      double value = i < n ? q[i] : v[i - n];
+      for (std::size_t j = modal; j < size(); ++j) value -= (to_physical_[2 * n * j + i] * c[j]).real();
+      c[k] += row[i] * value;
+    }
   }
 }
 
 void ModalBasis::to_physical(std::span<const Complex> c, std::span<double> q, std::span<double> v) const {
   const std::size_t n = plant_.modes.size();
   for (std::size_t i = 0; i < 2 * n; ++i) {
-    const Complex* row = to_physical_.data() + size() * i;
     double value = 0;
-    for (std::size_t k = 0; k < size(); ++k)
-      value += row[k].real() * c[k].real() - row[k].imag() * c[k].imag();
+    for (std::size_t k = 0; k < size(); ++k) {
+      const Complex weight = to_physical_[2 * n * k + i];
+      value += weight.real() * c[k].real() - weight.imag() * c[k].imag();
+    }
     (i < n ? q[i] : v[i - n]) = value;
   }
 }

@@ -6,26 +6,34 @@
 //   Re sum_k w_k (S_k T + (c_k - S_k T) exp(lambda_k tau))
 // and theta, omega follow from h and p = D.q:  I theta = I theta_0 + h_0 tau + T tau^2/2 - (p - p_0),
 //   I omega = h - p'.
+// A sinusoidal disturbance is one more oscillator, z = A exp(i (W t + phi)), that drives the modes and is not
+// driven: with its forced response taken out of the c_k these stay as they are, z is one more coordinate with
+// lambda = i W, and what it does to p, and to the hub itself, is its weight.
 #pragma once
 
+#include <Eigen/Core>
 #include <complex>
 #include <span>
 #include <vector>
 
+#include "server/plant/disturbance.hpp"
 #include "server/plant/single_axis.hpp"
 
 namespace slew {
 
-/// Immutable once made. One entry for each pair of conjugate eigenvalues, and for each real one.
+/// Immutable once made. One entry for each pair of conjugate eigenvalues, for each real one, and after them
+/// one for each sinusoid.
 class ModalBasis {
  public:
   /// Throws std::domain_error when I - sum D^2 is not positive, or when the modes have no complete set of
-  /// eigenvectors (two that are exactly alike and critically damped).
-  explicit ModalBasis(SingleAxisPlant plant);
+  /// eigenvectors (two that are exactly alike and critically damped), or when a sinusoid meets an undamped
+  /// mode at its very frequency.
+  explicit ModalBasis(SingleAxisPlant plant, std::span<const Sinusoid> sinusoids = {});
 
   double inertia_kg_m2() const { return plant_.inertia_kg_m2; }
   std::span<const ElasticMode> modes() const { return plant_.modes; }
   std::size_t size() const { return lambda_.size(); }
+  std::size_t sinusoids() const { return sinusoids_; }
 
   /// Eigenvalues with the hub free, 1/s, ascending by magnitude.
   std::span<const std::complex<double>> lambda() const { return lambda_; }
@@ -37,16 +45,26 @@ class ModalBasis {
   /// S_k: where the modal coordinates rest under a torque of 1 N m.
   std::span<const std::complex<double>> rest() const { return rest_; }
 
-  /// Between modal coordinates c (size()) and physical q, q' (modes().size() each).
+  /// Between coordinates c (size(), of which the last are the sinusoids' z and are left as they are) and
+  /// physical q, q' (modes().size() each).
   void to_modal(std::span<const double> q, std::span<const double> v,
                 std::span<std::complex<double>> c) const;
   void to_physical(std::span<const std::complex<double>> c, std::span<double> q, std::span<double> v) const;
 
  private:
+  struct Reduced {
+    Eigen::VectorXd coupling, damping, stiffness;
+    Eigen::MatrixXd mass;
+  };
+  Reduced reduced() const;
+  void add_modes();
+  void add_sinusoid(const Sinusoid& sinusoid);
+
   SingleAxisPlant plant_;
+  std::size_t sinusoids_ = 0;
   std::vector<std::complex<double>> lambda_, p_weight_, rest_;
-  std::vector<std::complex<double>> to_modal_;     ///< size() rows of 2 n
-  std::vector<std::complex<double>> to_physical_;  ///< 2 n rows of size()
+  std::vector<std::complex<double>> to_modal_;     ///< a row of 2 n for each mode's coordinate
+  std::vector<std::complex<double>> to_physical_;  ///< a column of 2 n for each coordinate
   std::vector<double> free_rad_s_;
 };
 

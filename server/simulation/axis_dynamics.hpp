@@ -9,8 +9,9 @@
 #include <vector>
 
 #include "server/propagation/axis_events.hpp"
+#include "server/propagation/constrained_arc.hpp"
+#include "server/simulation/axis.hpp"
 #include "server/simulation/digest.hpp"
-#include "server/simulation/single_axis.hpp"
 
 namespace slew {
 
@@ -36,6 +37,37 @@ class RigidPiece {
 
  private:
   const QuadraticArc<double>& arc_;
+  const double h_;
+};
+
+/// The hub on a known path.
+class PathPiece {
+ public:
+  PathPiece(const HubPath& path, double h) : path_(path), h_(h) {}
+
+  double angle_at(double tau) const { return path_.angle_at(tau); }
+  AxisMotion begin() const { return motion_at(0); }
+  AxisMotion end() const { return motion_at(h_); }
+  double peak_rate(double) const { return std::max(std::abs(path_.rate_rad_s), std::abs(path_.rate_at(h_))); }
+  std::optional<double> rest() const { return rest_time(path_, h_); }
+  std::optional<double> reach(double angle_rad) const {
+    std::optional<double> reached;
+    each_time_at(angle_rad, [&](double tau) { reached = std::min(tau, reached.value_or(tau)); });
+    return reached;
+  }
+  template <typename Function>
+  void each_time_at(double angle_rad, Function&& each) const {
+    path_.each_time_at_angle(angle_rad, [&](double tau) {
+      if (tau > 0 && tau < h_) each(tau);
+    });
+  }
+
+ private:
+  AxisMotion motion_at(double tau) const {
+    return {path_.angle_at(tau), path_.rate_at(tau), path_.acceleration_at(tau)};
+  }
+
+  const HubPath& path_;
   const double h_;
 };
 
@@ -94,13 +126,12 @@ class RigidDynamics {
  public:
   using Arc = QuadraticArc<double>;
 
-  explicit RigidDynamics(const SingleAxisSpecification& spec) : spec_(spec) {}
+  explicit RigidDynamics(const OnOffAxisSpecification& spec) : spec_(spec) {}
 
   std::size_t modes() const { return 0; }
   Arc start() const { return {spec_.maneuver.initial_angle_rad, spec_.maneuver.initial_rate_rad_s, 0}; }
-  void push(Arc& arc, int u) const {
-    arc.acceleration_rad_s2 =
-        (spec_.actuator.torque_N_m * u + spec_.disturbance_torque_N_m) / spec_.plant.inertia_kg_m2;
+  void push(Arc& arc, double torque_N_m) const {
+    arc.acceleration_rad_s2 = torque_N_m / spec_.plant.inertia_kg_m2;
   }
   void make_ready(Arc&, double) const {}
   void move(Arc& arc, double h) const {
@@ -117,25 +148,39 @@ class RigidDynamics {
   void each_piece(const Arc& arc, double h, Function&& each) const {
     each(0.0, h, RigidPiece(arc, h));
   }
+  /// The hub is taken off the arc onto a path, and let go again.
+  void hold(const Arc&, const HubPath& path, ConstrainedArc& held) const { held.begin(path, {}, {}, {}); }
+  void let_go(const ConstrainedArc& held, Arc& arc) const {
+    arc.angle_rad = held.path().angle_rad;
+    arc.rate_rad_s = held.path().rate_rad_s;
+  }
   void digest(const Arc&, Digester&) const {}
+  void digest(const ConstrainedArc&, Digester&) const {}
   void elastic_row(const Arc&, double, std::span<double>) {}
+  void elastic_row(const ConstrainedArc&, double, std::span<double>) {}
 
  private:
-  const SingleAxisSpecification& spec_;
+  const OnOffAxisSpecification& spec_;
 };
 
+/// Also of a rigid axis under sinusoidal disturbances.
 class FlexibleDynamics {
  public:
   using Arc = ModalArc;
 
-  explicit FlexibleDynamics(const SingleAxisSpecification& spec)
-      : spec_(spec), basis_(std::make_shared<const ModalBasis>(spec.plant)), scratch_(basis_->size()) {}
+  explicit FlexibleDynamics(const OnOffAxisSpecification& spec)
+      : spec_(spec),
+        basis_(std::make_shared<const ModalBasis>(spec.plant, spec.disturbances.sinusoids)),
+        scratch_(basis_->size()),
+        q_(modes()),
+        v_(modes()) {}
 
   std::size_t modes() const { return basis_->modes().size(); }
-  Arc start() const { return {*basis_, spec_.maneuver.initial_angle_rad, spec_.maneuver.initial_rate_rad_s}; }
-  void push(Arc& arc, int u) const {
-    arc.set_torque(spec_.actuator.torque_N_m * u + spec_.disturbance_torque_N_m);
+  Arc start() const {
+    return {*basis_, spec_.maneuver.initial_angle_rad, spec_.maneuver.initial_rate_rad_s,
+            spec_.disturbances.sinusoids};
   }
+  void push(Arc& arc, double torque_N_m) const { arc.set_torque(torque_N_m); }
   void make_ready(Arc& arc, double h) const { arc.make_ready(h); }
   void move(Arc& arc, double h) const { arc.move(h); }
   AxisMotion at(const Arc& arc, double tau) const { return arc.at(tau); }
@@ -158,16 +203,38 @@ class FlexibleDynamics {
       digester.real(c.imag());
     }
   }
+  void hold(const Arc& arc, const HubPath& path, ConstrainedArc& held) {
+    arc.deflection_at(0, scratch_, q_, v_);
+    held.begin(path, q_, v_, arc.sinusoids());
+  }
+  void let_go(const ConstrainedArc& held, Arc& arc) {
+    held.deflection_at(0, q_, v_);
+    const auto z = std::span(scratch_).first(basis_->sinusoids());
+    held.sinusoids_at(0, z);
+    arc.begin_anew(held.path().angle_rad, held.path().rate_rad_s, q_, v_, z);
+  }
+  void digest(const ConstrainedArc& held, Digester& digester) {
+    held.deflection_at(0, q_, v_);
+    for (const double q : q_) digester.real(q);
+    for (const double v : v_) digester.real(v);
+  }
   /// Momentum, then q, then q'.
   void elastic_row(const Arc& arc, double tau, std::span<double> row) {
+    if (row.empty()) return;
     row[0] = arc.momentum_at(tau);
     arc.deflection_at(tau, scratch_, row.subspan(1, modes()), row.subspan(1 + modes(), modes()));
   }
+  void elastic_row(const ConstrainedArc& held, double tau, std::span<double> row) {
+    if (row.empty()) return;
+    row[0] = held.momentum_at(tau);
+    held.deflection_at(tau, row.subspan(1, modes()), row.subspan(1 + modes(), modes()));
+  }
 
  private:
-  const SingleAxisSpecification& spec_;
+  const OnOffAxisSpecification& spec_;
   std::shared_ptr<const ModalBasis> basis_;
   std::vector<std::complex<double>> scratch_;
+  std::vector<double> q_, v_;
 };
 
 }  // namespace slew

@@ -12,7 +12,7 @@ int sign_of(double value) {
   return value > 0 ? 1 : value < 0 ? -1 : 0;
 }
 
-double settling_tolerance(const SingleAxisSpecification& specification) {
+double settling_tolerance(const OnOffAxisSpecification& specification) {
   const auto& maneuver = specification.maneuver;
   const double initial = std::abs(maneuver.initial_angle_rad - maneuver.final_angle_rad);
   return specification.settling.kind == SettlingTolerance::absolute
@@ -22,7 +22,7 @@ double settling_tolerance(const SingleAxisSpecification& specification) {
 
 }  // namespace
 
-AxisMetrics::AxisMetrics(const SingleAxisSpecification& specification, int direction)
+AxisMetrics::AxisMetrics(const OnOffAxisSpecification& specification, int direction)
     : actuator_(specification.actuator),
       final_angle_rad_(specification.maneuver.final_angle_rad),
       direction_(direction),
@@ -49,23 +49,41 @@ BySign<T>* AxisMetrics::tally_of(ThrusterTally<T>& tally) {
   return nullptr;
 }
 
+void AxisMetrics::brake(double t_s) {
+  if (switch_on_s_) return;
+  part_ = Part::braking;
+  switch_on_s_ = t_s;
+  metrics_.switch_on_s = t_s;
+  if (accelerated_until_s_) metrics_.coast_s = t_s - *accelerated_until_s_;
+}
+
 void AxisMetrics::firing(double t_s, int from, int to) {
   if (part_ == Part::accelerating && from == direction_ && to != direction_) {
     part_ = Part::coasting;
     accelerated_until_s_ = t_s;
   }
-  if (to == -direction_ && !switch_on_s_) {
-    part_ = Part::braking;
-    switch_on_s_ = t_s;
-    metrics_.switch_on_s = t_s;
-    if (accelerated_until_s_) metrics_.coast_s = t_s - *accelerated_until_s_;
+  if (from != 0) {
+    if (firing_since_s_) last_firing_s_ = t_s - *firing_since_s_;
+    fired_until_s_ = t_s;
+    firing_since_s_.reset();
   }
+  if (to == -direction_) brake(t_s);
   if (to == 0) return;
+  last_coast_s_ = t_s - fired_until_s_.value_or(t_s);
+  firing_since_s_ = t_s;
+  auto& since = to > 0 ? positive_since_s_ : negative_since_s_;
+  if (since) metrics_.switching_period_s = t_s - *since;
+  since = t_s;
   auto& firings = metrics_.firings;
   ++firings.total;
   ++(to > 0 ? firings.by_sign.positive : firings.by_sign.negative);
   ++firings.per_thruster[to > 0 ? 0 : 1];
   if (auto* part = tally_of(firings)) ++(to > 0 ? part->positive : part->negative);
+}
+
+void AxisMetrics::chatter(double t_s, int least, int most, bool is_rest) {
+  if (is_rest) metrics_.rest_s = t_s;
+  if (least == -direction_ || most == -direction_) brake(t_s);
 }
 
 void AxisMetrics::end_box(double t_s, bool inside) {
@@ -75,15 +93,19 @@ void AxisMetrics::end_box(double t_s, bool inside) {
   if (!metrics_.end_box_entry_s) metrics_.end_box_entry_s = t_s;
 }
 
-void AxisMetrics::on_time(double t_s, double h, int u) {
-  if (u == 0) return;
+void AxisMetrics::on_time(double t_s, double h, const AxisOnTimes& on) {
   auto& times = metrics_.thruster_on_time_s;
-  times.total += h;
-  (u > 0 ? times.by_sign.positive : times.by_sign.negative) += h;
-  times.per_thruster[u > 0 ? 0 : 1] += h;
+  times.total += on.positive_s + on.negative_s;
+  times.by_sign.positive += on.positive_s;
+  times.by_sign.negative += on.negative_s;
+  times.per_thruster[0] += on.positive_s;
+  times.per_thruster[1] += on.negative_s;
   // Braking may end within the arc.
-  const double counted = part_ == Part::braking && braked_until_s_ ? *braked_until_s_ - t_s : h;
-  if (auto* part = tally_of(times)) (u > 0 ? part->positive : part->negative) += counted;
+  const double share = part_ == Part::braking && braked_until_s_ ? (*braked_until_s_ - t_s) / h : 1;
+  if (auto* part = tally_of(times)) {
+    part->positive += share * on.positive_s;
+    part->negative += share * on.negative_s;
+  }
 }
 
 // The last time at which the error was outside the tolerance.
@@ -108,7 +130,7 @@ void AxisMetrics::settle(double t_s, const Piece& piece, const AxisMotion& end, 
 }
 
 template <typename Piece>
-void AxisMetrics::arc(double t_s, const Piece& piece, int u, double h) {
+void AxisMetrics::arc(double t_s, const Piece& piece, const AxisOnTimes& on, double h) {
   const AxisMotion begin = piece.begin(), end = piece.end();
   const double peak = piece.peak_rate(std::min(metrics_.peak_rate_rad_s, peak_since_turn_));
   metrics_.peak_rate_rad_s = std::max(metrics_.peak_rate_rad_s, peak);
@@ -137,13 +159,14 @@ void AxisMetrics::arc(double t_s, const Piece& piece, int u, double h) {
     const double crossed = metrics_.crossing_s.value_or(HUGE_VAL);
     braked_until_s_ = std::max(t_s, std::min(crossed, metrics_.first_rest_s.value_or(HUGE_VAL)));
   }
-  on_time(t_s, h, u);
+  on_time(t_s, h, on);
   if (part_ == Part::braking && braked_until_s_) part_ = Part::after;
   settle(t_s, piece, end, h);
 }
 
-template void AxisMetrics::arc(double, const RigidPiece&, int, double);
-template void AxisMetrics::arc(double, const FlexiblePiece&, int, double);
+template void AxisMetrics::arc(double, const RigidPiece&, const AxisOnTimes&, double);
+template void AxisMetrics::arc(double, const FlexiblePiece&, const AxisOnTimes&, double);
+template void AxisMetrics::arc(double, const PathPiece&, const AxisOnTimes&, double);
 
 void AxisMetrics::first_rest(double t_s, double angle_rad) {
   if (metrics_.first_rest_s) return;
@@ -168,7 +191,8 @@ std::optional<LimitCycle> AxisMetrics::limit_cycle() const {
   const double amplitude_before = 0.5 * std::abs(turns_[2].error_rad - turns_[1].error_rad);
   if (std::abs(period - before) > 0.01 * period) return std::nullopt;
   if (std::abs(amplitude - amplitude_before) > 0.01 * amplitude) return std::nullopt;
-  return LimitCycle{period, amplitude, std::max(turns_[3].peak_rate_rad_s, turns_[2].peak_rate_rad_s)};
+  return LimitCycle{period, amplitude, std::max(turns_[3].peak_rate_rad_s, turns_[2].peak_rate_rad_s),
+                    last_coast_s_, last_firing_s_};
 }
 
 Metrics AxisMetrics::finish(double t_s, double angle_rad, double rate_rad_s) const {

@@ -4,9 +4,10 @@
 #include <array>
 #include <optional>
 
+#include "server/simulation/axis.hpp"
+#include "server/simulation/axis_channels.hpp"
 #include "server/simulation/axis_dynamics.hpp"
 #include "server/simulation/metrics.hpp"
-#include "server/simulation/single_axis.hpp"
 
 namespace slew {
 
@@ -17,14 +18,18 @@ class AxisMetrics {
   static constexpr double kRestFraction = 1e-10;
 
   /// `direction` is the sign of the slew.
-  AxisMetrics(const SingleAxisSpecification& specification, int direction);
+  AxisMetrics(const OnOffAxisSpecification& specification, int direction);
 
   /// The firing changes at t; before the arc that starts there.
   void firing(double t_s, int from, int to);
+  /// Thrusters chatter from t on between `least` and `most`, sliding or at rest.
+  void chatter(double t_s, int least, int most, bool is_rest);
+  void no_chatter() { metrics_.rest_s.reset(); }
   void end_box(double t_s, bool inside);
-  /// One piece of length h that starts at t under the firing u.
+  /// One piece of length h that starts at t, and how long either thruster is on in it.
   template <typename Piece>
-  void arc(double t_s, const Piece& piece, int u, double h);
+  void arc(double t_s, const Piece& piece, const AxisOnTimes& on, double h);
+  void slid(double h) { metrics_.sliding_s += h; }
   /// The first time that the rate along the slew is no longer positive after braking has begun, where the
   /// loop has located it itself; found in arc() otherwise.
   void first_rest(double t_s, double angle_rad);
@@ -47,7 +52,8 @@ class AxisMetrics {
     double peak_rate_rad_s;  ///< largest |rate| since the turn before
   };
 
-  void on_time(double t_s, double h, int u);
+  void on_time(double t_s, double h, const AxisOnTimes& on);
+  void brake(double t_s);
   void turn(double t_s, double error_rad);
   template <typename Piece>
   void settle(double t_s, const Piece& piece, const AxisMotion& end, double h);
@@ -73,6 +79,10 @@ class AxisMetrics {
   std::array<Turn, 4> turns_{};  ///< the latest, newest last
   std::size_t turn_count_ = 0;
   std::optional<double> first_overshoot_rad_;
+  // Of the firings: when the latest of either sign began, when the latest ended.
+  std::optional<double> positive_since_s_, negative_since_s_, fired_until_s_, firing_since_s_;
+  double last_coast_s_ = 0;
+  double last_firing_s_ = 0;
 };
 
 }  // namespace slew

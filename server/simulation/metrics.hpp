@@ -38,6 +38,8 @@ struct LimitCycle {
   double period_s;
   double amplitude_rad;
   double rate_amplitude_rad_s;
+  double coast_s;   ///< length of its last coast
+  double firing_s;  ///< and of its last firing
 };
 
 struct Metrics {
@@ -65,7 +67,11 @@ struct Metrics {
   std::optional<double> propellant_kg;        ///< where lever arm and specific impulse are known
   std::optional<double> gas_volume_m3;        ///< where also the gas density is known
   std::optional<LimitCycle> limit_cycle;      ///< when the last two periods agree within 1 %
-  std::vector<double> final_state;            ///< in the order of the state channels
+  std::optional<double>
+      switching_period_s;           ///< between the last two firings of the same sign, begin to begin
+  std::optional<double> rest_s;     ///< when it came to rest for good, in a mode of rest
+  double sliding_s = 0;             ///< time spent sliding on a switching surface
+  std::vector<double> final_state;  ///< in the order of the state channels
 };
 
 }  // namespace slew

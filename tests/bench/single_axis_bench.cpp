@@ -17,7 +17,7 @@ class Discard final : public SampleSink {
 };
 
 template <typename Make>
-void fly(benchmark::State& state, const SingleAxisSpecification& spec, Make make) {
+void fly(benchmark::State& state, const OnOffAxisSpecification& spec, Make make) {
   std::uint64_t steps = 0;
   for (auto _ : state) {
     const auto run = make(spec);
@@ -31,10 +31,10 @@ void fly(benchmark::State& state, const SingleAxisSpecification& spec, Make make
                                                  benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
-SingleAxisSpecification sampled() {
+OnOffAxisSpecification sampled() {
   return test::single_sided(1.1, 0.1, 1e-3);
 }
-SingleAxisSpecification minimum_on_time() {
+OnOffAxisSpecification minimum_on_time() {
   auto spec = test::continuous(test::single_sided(1.1, 0.1, 0), 0.05);
   spec.law.end_box = EndBox{0.01, 0.05};
   spec.stop = StopCondition::end_box;
@@ -42,39 +42,39 @@ SingleAxisSpecification minimum_on_time() {
 }
 
 void SampledByArcs(benchmark::State& state) {
-  fly(state, sampled(), make_single_axis_run);
+  fly(state, sampled(), make_on_off_axis_run);
 }
 void SampledBySundials(benchmark::State& state) {
-  fly(state, sampled(), make_single_axis_verification);
+  fly(state, sampled(), make_on_off_axis_verification);
 }
 void MinimumOnTimeByArcs(benchmark::State& state) {
-  fly(state, minimum_on_time(), make_single_axis_run);
+  fly(state, minimum_on_time(), make_on_off_axis_run);
 }
 void MinimumOnTimeBySundials(benchmark::State& state) {
-  fly(state, minimum_on_time(), make_single_axis_verification);
+  fly(state, minimum_on_time(), make_on_off_axis_verification);
 }
-SingleAxisSpecification flexible() {
+OnOffAxisSpecification flexible() {
   auto spec = test::flexible_slew(1.0, 0.01);
   spec.verification_tolerance = 1e-9;
   return spec;
 }
-SingleAxisSpecification flexible_events() {
+OnOffAxisSpecification flexible_events() {
   auto spec = test::continuous(flexible(), 0.05);
   spec.law.deadband = Deadband::single_sided;
   spec.law.deadband_rad = test::kRadPerDeg;
   return spec;
 }
 void FlexibleSampledByModes(benchmark::State& state) {
-  fly(state, flexible(), make_single_axis_run);
+  fly(state, flexible(), make_on_off_axis_run);
 }
 void FlexibleSampledBySundials(benchmark::State& state) {
-  fly(state, flexible(), make_single_axis_verification);
+  fly(state, flexible(), make_on_off_axis_verification);
 }
 void FlexibleEventsByModes(benchmark::State& state) {
-  fly(state, flexible_events(), make_single_axis_run);
+  fly(state, flexible_events(), make_on_off_axis_run);
 }
 void FlexibleEventsBySundials(benchmark::State& state) {
-  fly(state, flexible_events(), make_single_axis_verification);
+  fly(state, flexible_events(), make_on_off_axis_verification);
 }
 BENCHMARK(FlexibleSampledByModes)->Unit(benchmark::kMicrosecond);
 BENCHMARK(FlexibleSampledBySundials)->Unit(benchmark::kMicrosecond);

@@ -6,7 +6,7 @@
 #include <array>
 #include <fstream>
 
-#include "server/simulation/single_axis_channels.hpp"
+#include "server/simulation/axis_channels.hpp"
 #include "tests/service/process.hpp"
 
 namespace {
@@ -27,7 +27,7 @@ TEST(Archive, GivesBackWhatItTook) {
   const test::TemporaryDirectory directory;
   const Archive archive(directory.path());
   const auto id = wire::Id::make();
-  archive.write(id, single_axis_channels(), samples(1000));
+  archive.write(id, axis_channels(), samples(1000));
   const auto series = archive.read(id, {});
   ASSERT_TRUE(series);
   ASSERT_EQ(series->t_s.size(), 1000u);
@@ -43,7 +43,7 @@ TEST(Archive, SelectsAndThins) {
   const test::TemporaryDirectory directory;
   const Archive archive(directory.path());
   const auto id = wire::Id::make();
-  archive.write(id, single_axis_channels(), samples(1000));
+  archive.write(id, axis_channels(), samples(1000));
   SeriesSelection selection;
   selection.channels = {"rate_rad_s"};
   selection.from_s = 10;
@@ -62,7 +62,7 @@ TEST(Archive, ADamagedFileIsAnErrorAndNoCrash) {
   const test::TemporaryDirectory directory;
   const Archive archive(directory.path());
   const auto id = wire::Id::make();
-  archive.write(id, single_axis_channels(), samples(100));
+  archive.write(id, axis_channels(), samples(100));
   const auto size = std::filesystem::file_size(archive.path(id));
   for (const std::uintmax_t left : {size / 2, std::uintmax_t{100}, std::uintmax_t{0}}) {
     std::filesystem::resize_file(archive.path(id), left);
@@ -76,7 +76,7 @@ TEST(Archive, TrimsTheOldest) {
   std::vector<wire::Id> ids;
   for (int i = 0; i < 5; ++i) {
     ids.push_back(wire::Id::make());
-    archive.write(ids.back(), single_axis_channels(), samples(100));
+    archive.write(ids.back(), axis_channels(), samples(100));
   }
   const auto size = std::filesystem::file_size(archive.path(ids[0]));
   EXPECT_EQ(archive.trim(5 * size), 0u);

@@ -90,7 +90,7 @@ TEST(SideCrossing, AgreesWithBisection) {
     const SwitchingFunction law(problem.law, problem.final_angle, +1);
     const auto side = law.side(law.value(problem.arc.angle_rad, problem.arc.rate_rad_s));
     const auto exact = crossing_by_bisection(problem, law, side);
-    const auto crossing = side_crossing(problem.arc, law, side, problem.final_angle, problem.h);
+    const auto crossing = side_crossing(problem.arc, law, side, problem.h);
     ASSERT_EQ(crossing.has_value(), exact.has_value()) << i;
     if (!crossing) continue;
     ++found;
@@ -107,7 +107,7 @@ TEST(SideCrossing, AnArcThatStartsOnTheEndDoesNotCrossItAgain) {
   const SwitchingFunction law(parameters, 0, +1);
   // Coasting upwards from the lower end of the band: out at the top only.
   const QuadraticArc<double> coast{-0.1 - law.curvature() * 0.25, 0.5, 0};
-  const auto crossing = side_crossing(coast, law, SwitchingSide::inside, 0, 10);
+  const auto crossing = side_crossing(coast, law, SwitchingSide::inside, 10);
   ASSERT_TRUE(crossing);
   EXPECT_EQ(crossing->entered, SwitchingSide::above);
   EXPECT_NEAR(crossing->tau, 0.2, 1e-15);

@@ -107,7 +107,7 @@ TEST(Prepare, DisturbancesAddUpAndOutputTimesAreSorted) {
       {{"disturbances",
         {{{"type", "constant"}, {"torque_N_m", 0.25}}, {{"type", "constant"}, {"torque_N_m", -0.125}}}},
        {"outputs", {{"at_s", {3, 1, 2}}}}}));
-  EXPECT_EQ(p.system.disturbance_torque_N_m, 0.125);
+  EXPECT_EQ(p.system.disturbances.constant_N_m, 0.125);
   EXPECT_EQ(p.system.output_times_s, (std::vector<double>{1, 2, 3}));
 }
 

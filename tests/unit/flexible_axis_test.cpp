@@ -87,7 +87,7 @@ TEST(FlexibleAxis, NoCrossingIsMissed) {
     std::optional<double> seen;
     for (int k = 1; k <= kLooks && !seen; ++k)
       if (const double tau = kLength_s * k / kLooks; side_at(tau) != begin) seen = tau;
-    const auto crossing = side_crossing(arc, law, begin, 0, kLength_s);
+    const auto crossing = side_crossing(arc, law, begin, kLength_s);
     ASSERT_EQ(crossing.has_value(), seen.has_value()) << i;
     if (!seen) continue;
     ++crossings;
@@ -100,8 +100,8 @@ TEST(FlexibleAxis, NoCrossingIsMissed) {
   EXPECT_GT(crossings, 50);
 }
 
-void expect_second_opinion(const SingleAxisSpecification& spec, double tolerance) {
-  const auto verification = make_single_axis_verification(spec);
+void expect_second_opinion(const OnOffAxisSpecification& spec, double tolerance) {
+  const auto verification = make_on_off_axis_verification(spec);
   const auto opinion = compare(fly(spec), fly(*verification));
   EXPECT_TRUE(opinion.same_event_sequence);
   for (const double difference : opinion.final_state_difference) EXPECT_NEAR(difference, 0, tolerance);
@@ -140,7 +140,7 @@ TEST(FlexibleAxis, MomentumIsBalancedInAThousandRandomRuns) {
     for (std::size_t k = 0; k < n; ++k) momentum += spec.plant.modes[k].coupling_sqrt_kg_m * state[5 + n + k];
     const auto& on = report.metrics.thruster_on_time_s;
     const double impulse = spec.actuator.torque_N_m * (on.by_sign.positive - on.by_sign.negative) +
-                           spec.disturbance_torque_N_m * report.metrics.end_time_s;
+                           spec.disturbances.constant_N_m * report.metrics.end_time_s;
     const double scale = spec.actuator.torque_N_m * on.total + 1e-3;
     EXPECT_NEAR(momentum, impulse, 1e-9 * scale) << i;
     EXPECT_NEAR(state[4], impulse, 1e-9 * scale) << i;
@@ -153,7 +153,7 @@ TEST(FlexibleAxis, PiecesChangeNoBit) {
   for (const bool is_sampled : {true, false}) {
     const auto spec = random_flexible_slew(random, is_sampled);
     const RunReport whole = fly(spec);
-    auto run = make_single_axis_run(spec);
+    auto run = make_on_off_axis_run(spec);
     Recorder recorder;
     double until_s = 0;
     while (run->advance(until_s, 7, recorder) == RunStatus::running) {

@@ -21,16 +21,17 @@ inline SingleAxisPlant table_1_plant() {
 }
 
 /// 50 deg, 6 % of disturbance along the slew, end box of 0.5 deg and 0.5 deg/s.
-inline SingleAxisSpecification flexible_slew(double gamma_bar, double period_s) {
-  SingleAxisSpecification spec;
+inline OnOffAxisSpecification flexible_slew(double gamma_bar, double period_s) {
+  OnOffAxisSpecification spec;
   spec.plant = table_1_plant();
   spec.maneuver.final_angle_rad = 50 * kRadPerDeg;
   spec.law.inertia_kg_m2 = 13;
   spec.law.torque_N_m = spec.actuator.torque_N_m = 0.3;
   spec.law.gamma_bar = gamma_bar;
   spec.law.end_box = EndBox{0.5 * kRadPerDeg, 0.5 * kRadPerDeg};
+  spec.evaluation = Evaluation::sampled;
   spec.sample_period_s = period_s;
-  spec.disturbance_torque_N_m = 0.018;
+  spec.disturbances.constant_N_m = 0.018;
   spec.duration_s = 40;
   spec.telemetry_period_s = 0.1;
   return spec;
@@ -54,7 +55,7 @@ inline SingleAxisPlant random_plant(std::mt19937_64& random) {
 }
 
 /// A slew that this plant makes in some seconds, sampled or with a minimum on-time.
-inline SingleAxisSpecification random_flexible_slew(std::mt19937_64& random, bool is_sampled) {
+inline OnOffAxisSpecification random_flexible_slew(std::mt19937_64& random, bool is_sampled) {
   const auto uniform = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(random);
   };
@@ -62,7 +63,7 @@ inline SingleAxisSpecification random_flexible_slew(std::mt19937_64& random, boo
   spec.plant = random_plant(random);
   spec.law.inertia_kg_m2 = spec.plant.inertia_kg_m2;
   spec.actuator.torque_N_m = spec.law.torque_N_m = uniform(0.02, 0.1) * spec.plant.inertia_kg_m2;
-  spec.disturbance_torque_N_m = uniform(-0.1, 0.1) * spec.actuator.torque_N_m;
+  spec.disturbances.constant_N_m = uniform(-0.1, 0.1) * spec.actuator.torque_N_m;
   spec.maneuver.initial_angle_rad = uniform(-1, 1);
   spec.maneuver.final_angle_rad = uniform(-1, 1);
   spec.law.deadband = static_cast<Deadband>(random() % 3);

@@ -36,8 +36,8 @@ class Discard final : public SampleSink {
   long samples = 0;
 };
 
-long allocations_of(const SingleAxisSpecification& spec) {
-  const auto run = make_single_axis_run(spec);
+long allocations_of(const OnOffAxisSpecification& spec) {
+  const auto run = make_on_off_axis_run(spec);
   Discard discard;
   run->advance(0.1, 1 << 30, discard);
   allocations = 0;

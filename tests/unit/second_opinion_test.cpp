@@ -11,12 +11,12 @@ namespace {
 using namespace slew;
 using namespace slew::test;
 
-Verification second_opinion(const SingleAxisSpecification& spec) {
-  const auto verification = make_single_axis_verification(spec);
+Verification second_opinion(const OnOffAxisSpecification& spec) {
+  const auto verification = make_on_off_axis_verification(spec);
   return compare(fly(spec), fly(*verification));
 }
 
-void expect_agreement(const SingleAxisSpecification& spec, double state_tolerance, double time_tolerance_s) {
+void expect_agreement(const OnOffAxisSpecification& spec, double state_tolerance, double time_tolerance_s) {
   const auto opinion = second_opinion(spec);
   EXPECT_TRUE(opinion.same_event_sequence);
   EXPECT_NEAR(opinion.final_time_difference_s, 0, time_tolerance_s);
@@ -49,7 +49,7 @@ TEST(SecondOpinion, AgreesFromRandomStarts) {
     spec.maneuver.initial_angle_rad = uniform(-1, 1);
     spec.maneuver.initial_rate_rad_s = uniform(-0.3, 0.3);
     spec.maneuver.final_angle_rad = uniform(-1, 1);
-    spec.disturbance_torque_N_m = i % 3 == 0 ? uniform(-0.05, 0.05) : 0;
+    spec.disturbances.constant_N_m = i % 3 == 0 ? uniform(-0.05, 0.05) : 0;
     if (i % 2) spec = continuous(spec, uniform(0.01, 0.1));
     spec.stop = StopCondition::duration;
     spec.duration_s = 2;
@@ -62,7 +62,7 @@ TEST(SecondOpinion, SeesAnotherSequenceWhenThereIsOne) {
   auto other = single_sided(1.1, 0.1, 1e-2);
   const auto mine = fly(other);
   other.law.inertia_kg_m2 = 1.3;
-  const auto theirs = make_single_axis_verification(other);
+  const auto theirs = make_on_off_axis_verification(other);
   EXPECT_FALSE(compare(mine, fly(*theirs)).same_event_sequence);
 }
 

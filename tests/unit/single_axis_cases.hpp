@@ -4,7 +4,7 @@
 #include <limits>
 #include <vector>
 
-#include "server/simulation/single_axis.hpp"
+#include "server/simulation/axis.hpp"
 
 namespace slew::test {
 
@@ -27,10 +27,11 @@ class Recorder final : public SampleSink {
   std::vector<SwitchEvent> events;
 };
 
-inline SingleAxisSpecification unit_slew(double gamma, double period_s) {
-  SingleAxisSpecification spec;
+inline OnOffAxisSpecification unit_slew(double gamma, double period_s) {
+  OnOffAxisSpecification spec;
   spec.maneuver.final_angle_rad = 1;
   spec.law.inertia_kg_m2 = gamma;
+  spec.evaluation = Evaluation::sampled;
   spec.sample_period_s = period_s;
   spec.duration_s = 20;
   spec.telemetry_period_s = 0.01;
@@ -38,7 +39,7 @@ inline SingleAxisSpecification unit_slew(double gamma, double period_s) {
   return spec;
 }
 
-inline SingleAxisSpecification single_sided(double gamma, double epsilon_rad, double period_s) {
+inline OnOffAxisSpecification single_sided(double gamma, double epsilon_rad, double period_s) {
   auto spec = unit_slew(gamma, period_s);
   spec.law.deadband = Deadband::single_sided;
   spec.law.deadband_rad = epsilon_rad;
@@ -46,8 +47,8 @@ inline SingleAxisSpecification single_sided(double gamma, double epsilon_rad, do
 }
 
 /// The same law evaluated continuously, with a minimum on-time.
-inline SingleAxisSpecification continuous(SingleAxisSpecification spec, double minimum_on_time_s) {
-  spec.sample_period_s.reset();
+inline OnOffAxisSpecification continuous(OnOffAxisSpecification spec, double minimum_on_time_s) {
+  spec.evaluation = Evaluation::continuous;
   spec.actuator.minimum_on_time_s = minimum_on_time_s;
   return spec;
 }
@@ -58,8 +59,8 @@ inline RunReport fly(Run& run) {
   return run.report();
 }
 
-inline RunReport fly(const SingleAxisSpecification& spec) {
-  return fly(*make_single_axis_run(spec));
+inline RunReport fly(const OnOffAxisSpecification& spec) {
+  return fly(*make_on_off_axis_run(spec));
 }
 
 }  // namespace slew::test

@@ -87,7 +87,7 @@ TEST(SingleAxis, ConstantDisturbanceAlongTheSlewOvershoots) {
   spec.plant.inertia_kg_m2 = spec.law.inertia_kg_m2 = 13;
   spec.actuator.torque_N_m = spec.law.torque_N_m = 0.3;
   spec.maneuver.final_angle_rad = 50 * M_PI / 180;
-  spec.disturbance_torque_N_m = 0.018;
+  spec.disturbances.constant_N_m = 0.018;
   spec.stop = StopCondition::duration;
   const auto metrics = fly(spec).metrics;
   EXPECT_NEAR(*metrics.overshoot_rad * 180 / M_PI, 1.64222, 0.015);
@@ -165,9 +165,9 @@ TEST(SingleAxis, MinimumOnTimeConvergesToTheSameLimit) {
 TEST(SingleAxis, NegativeSlewIsTheMirrorImageBitForBit) {
   auto spec = continuous(single_sided(1.1, 0.1, 0), 0.05);
   Recorder plus, minus;
-  make_single_axis_run(spec)->advance(1e9, 1 << 30, plus);
+  make_on_off_axis_run(spec)->advance(1e9, 1 << 30, plus);
   spec.maneuver.final_angle_rad = -1;
-  make_single_axis_run(spec)->advance(1e9, 1 << 30, minus);
+  make_on_off_axis_run(spec)->advance(1e9, 1 << 30, minus);
   ASSERT_EQ(plus.rows.size(), minus.rows.size());
   for (std::size_t i = 0; i < plus.rows.size(); ++i) {
     EXPECT_EQ(plus.rows[i].t_s, minus.rows[i].t_s);
@@ -183,11 +183,11 @@ TEST(SingleAxis, SlicesChangeNeitherDigestNorSamples) {
   std::mt19937_64 random(7);
   for (const auto& spec : {single_sided(1.1, 0.1, 1e-3), continuous(single_sided(1.1, 0.1, 0), 0.02)}) {
     Recorder whole;
-    const auto one = make_single_axis_run(spec);
+    const auto one = make_on_off_axis_run(spec);
     one->advance(1e9, 1 << 30, whole);
     for (int repeat = 0; repeat < 10; ++repeat) {
       Recorder pieces;
-      const auto run = make_single_axis_run(spec);
+      const auto run = make_on_off_axis_run(spec);
       double until_s = 0;
       RunStatus status = RunStatus::running;
       while (status == RunStatus::running) {
@@ -201,7 +201,7 @@ TEST(SingleAxis, SlicesChangeNeitherDigestNorSamples) {
 }
 
 TEST(SingleAxis, NothingIsHandedOutAheadOfTime) {
-  const auto run = make_single_axis_run(single_sided(1.1, 0.1, 1e-3));
+  const auto run = make_on_off_axis_run(single_sided(1.1, 0.1, 1e-3));
   Recorder recorder;
   for (const double until_s : {0.0, 0.005, 0.3, 1.234}) {
     run->advance(until_s, 1 << 30, recorder);
@@ -237,7 +237,7 @@ TEST(SingleAxis, OutputsAfterTheEndAreLeftOutAndSaidSo) {
 TEST(SingleAxis, ASampleAtASwitchingShowsTheStateAfterIt) {
   auto spec = single_sided(1.1, 0.1, 0.01);
   Recorder recorder;
-  make_single_axis_run(spec)->advance(1e9, 1 << 30, recorder);
+  make_on_off_axis_run(spec)->advance(1e9, 1 << 30, recorder);
   for (const SwitchEvent& event : recorder.events)
     if (event.channel == 0)
       for (const auto& row : recorder.rows)
@@ -248,7 +248,7 @@ TEST(SingleAxis, ASampleAtASwitchingShowsTheStateAfterIt) {
 
 TEST(SingleAxis, ACloneGoesOnWithTheSameBits) {
   const auto spec = continuous(single_sided(1.1, 0.1, 0), 0.02);
-  const auto run = make_single_axis_run(spec);
+  const auto run = make_on_off_axis_run(spec);
   Recorder recorder;
   run->advance(1.1, 1 << 30, recorder);
   const auto copy = run->clone();
@@ -269,12 +269,12 @@ TEST(SingleAxis, MomentumBalances) {
   for (int i = 0; i < 50; ++i) {
     auto spec = single_sided(std::uniform_real_distribution<double>(0.7, 1.6)(random), 0.1, 0.003);
     spec.maneuver.initial_rate_rad_s = std::uniform_real_distribution<double>(-0.5, 0.5)(random);
-    spec.disturbance_torque_N_m = std::uniform_real_distribution<double>(-0.1, 0.1)(random);
+    spec.disturbances.constant_N_m = std::uniform_real_distribution<double>(-0.1, 0.1)(random);
     spec.stop = StopCondition::duration;
     spec.duration_s = 5;
     const auto metrics = fly(spec).metrics;
     const auto& on = metrics.thruster_on_time_s.by_sign;
-    const double impulse = on.positive - on.negative + spec.disturbance_torque_N_m * 5;
+    const double impulse = on.positive - on.negative + spec.disturbances.constant_N_m * 5;
     EXPECT_NEAR(metrics.residual_rate_rad_s - spec.maneuver.initial_rate_rad_s, impulse, 1e-11);
   }
 }

@@ -11,11 +11,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <deque>
 #include <stdexcept>
 
+#include "server/simulation/axis.hpp"
+#include "server/simulation/axis_channels.hpp"
 #include "server/simulation/digest.hpp"
-#include "server/simulation/single_axis.hpp"
-#include "server/simulation/single_axis_channels.hpp"
 
 namespace slew {
 namespace {
@@ -42,12 +43,12 @@ struct Solver {
   }
 };
 
-class SundialsAxisRun final : public Run {
+class SundialsOnOffRun final : public Run {
  public:
-  explicit SundialsAxisRun(const SingleAxisSpecification& specification);
+  explicit SundialsOnOffRun(const OnOffAxisSpecification& specification);
 
   const ChannelTable& channels() const override { return channels_; }
-  const std::vector<std::string>& event_channels() const override { return single_axis_event_channels(); }
+  const std::vector<std::string>& event_channels() const override { return axis_event_channels(); }
   RunStatus advance(double until_s, std::int64_t max_steps, SampleSink& sink) override;
   double t_s() const override { return t_s_; }
   double duration_s() const override { return spec_.duration_s; }
@@ -63,6 +64,18 @@ class SundialsAxisRun final : public Run {
   double angle() const { return NV_Ith_S(solver_.state, 0); }
   double rate() const { return NV_Ith_S(solver_.state, 1); }
   double s_of(double angle_rad, double rate_rad_s) const;
+  double constant_torque() const;
+  double sinusoidal_torque(double t_s) const;
+  bool is_sampled() const { return spec_.evaluation == Evaluation::sampled; }
+  bool is_at_sample() const {
+    return is_sampled() && t_s_ >= static_cast<double>(sample_) * spec_.sample_period_s;
+  }
+  // Where the band is left upwards and downwards from the side it is on.
+  double upper_guard() const { return upper_rad_ + half_ - (side_ > 0 ? spec_.law.hysteresis_rad : 0); }
+  double lower_guard() const { return lower_rad_ - half_ + (side_ < 0 ? spec_.law.hysteresis_rad : 0); }
+  double next_timer() const;
+  void timers();
+  void order(int u);
   int wanted(double s_rad) const;
   void decide();
   double acceleration(int u) const;
@@ -74,16 +87,19 @@ class SundialsAxisRun final : public Run {
   void meet(const std::array<int, kRootCount>& found);
   void finish(const char* reason);
 
-  const SingleAxisSpecification spec_;
+  const OnOffAxisSpecification spec_;
   const ChannelTable channels_;
   const int direction_;
   double lower_rad_ = 0, upper_rad_ = 0;
+  double half_ = 0;  ///< of the hysteresis, of a law without a band
   Solver solver_;
 
   double t_s_ = 0;
+  int ordered_ = 0;
   int u_ = 0;
+  std::deque<std::pair<double, int>> under_way_;  ///< orders that wait for the valves
   bool in_box_ = false;
-  bool is_fresh_ = true;  ///< the torque changed, or nothing has been flown yet
+  bool is_fresh_ = true;  ///< the torque or a guard changed, or nothing has been flown yet
   double hold_until_s_ = 0;
   int side_ = 0;  ///< of the band: -1 below, 0 inside, +1 above; followed by root directions
   std::int64_t sample_ = 0;
@@ -95,9 +111,9 @@ class SundialsAxisRun final : public Run {
   Metrics metrics_;
 };
 
-SundialsAxisRun::SundialsAxisRun(const SingleAxisSpecification& specification)
+SundialsOnOffRun::SundialsOnOffRun(const OnOffAxisSpecification& specification)
     : spec_(specification),
-      channels_(single_axis_channels(specification.plant.modes.size())),
+      channels_(axis_channels(specification.plant.modes.size())),
       direction_(slew_direction(specification.maneuver)) {
   const double epsilon = spec_.law.deadband_rad;
   if (spec_.law.deadband == Deadband::double_sided ||
@@ -106,6 +122,7 @@ SundialsAxisRun::SundialsAxisRun(const SingleAxisSpecification& specification)
   if (spec_.law.deadband == Deadband::double_sided ||
       (spec_.law.deadband == Deadband::single_sided && direction_ < 0))
     upper_rad_ = epsilon;
+  if (spec_.law.deadband == Deadband::none) half_ = 0.5 * spec_.law.hysteresis_rad;
 
   solver_.state = N_VNew_Serial(static_cast<sunindextype>(2 + 2 * spec_.plant.modes.size()), solver_.context);
   if (!solver_.state) throw std::bad_alloc();
@@ -128,35 +145,53 @@ SundialsAxisRun::SundialsAxisRun(const SingleAxisSpecification& specification)
   const double scale_s = std::sqrt(std::max(slew, 1e-9) / acceleration);
   double longest_s = scale_s / 50;
   for (const ElasticMode& mode : spec_.plant.modes) longest_s = std::min(longest_s, 1 / mode.frequency_rad_s);
+  for (const Sinusoid& sinusoid : spec_.disturbances.sinusoids)
+    longest_s = std::min(longest_s, 1 / sinusoid.frequency_rad_s);
+  if (spec_.law.rate_gain_s > 0) longest_s = std::min(longest_s, spec_.law.rate_gain_s / 10);
   check(ERKStepSetMaxStep(solver_.memory, longest_s), "ERKStepSetMaxStep");
   report_.propagator.name = "sundials_erkstep_dormand_prince";
   metrics_.thruster_on_time_s.per_thruster.assign(2, 0);
   metrics_.firings.per_thruster.assign(2, 0);
 }
 
-int SundialsAxisRun::right_hand_side(sunrealtype, N_Vector state, N_Vector slope, void* self) {
-  const auto& run = *static_cast<const SundialsAxisRun*>(self);
-  const double torque = run.spec_.actuator.torque_N_m * run.u_ + run.spec_.disturbance_torque_N_m;
+double SundialsOnOffRun::constant_torque() const {
+  double torque = spec_.disturbances.constant_N_m;
+  for (const StepDisturbance& step : spec_.disturbances.steps)
+    if (t_s_ >= step.from_s) torque += step.torque_N_m;
+  return torque;
+}
+
+double SundialsOnOffRun::sinusoidal_torque(double t_s) const {
+  double torque = 0;
+  for (const Sinusoid& one : spec_.disturbances.sinusoids)
+    torque += one.amplitude_N_m * std::sin(one.frequency_rad_s * t_s + one.phase_rad);
+  return torque;
+}
+
+int SundialsOnOffRun::right_hand_side(sunrealtype t, N_Vector state, N_Vector slope, void* self) {
+  const auto& run = *static_cast<const SundialsOnOffRun*>(self);
+  const double torque =
+      run.spec_.actuator.torque_N_m * run.u_ + run.constant_torque() + run.sinusoidal_torque(t);
   const std::size_t size = 2 + 2 * run.spec_.plant.modes.size();
   derivative<double>(run.spec_.plant, std::span<const double>(NV_DATA_S(state), size), torque,
                      std::span<double>(NV_DATA_S(slope), size));
   return 0;
 }
 
-double SundialsAxisRun::s_of(double angle_rad, double rate_rad_s) const {
+double SundialsOnOffRun::s_of(double angle_rad, double rate_rad_s) const {
   const auto& law = spec_.law;
-  return angle_rad - spec_.maneuver.final_angle_rad +
+  return angle_rad - spec_.maneuver.final_angle_rad + law.rate_gain_s * rate_rad_s +
          law.gamma_bar * law.inertia_kg_m2 / (2 * law.torque_N_m) * rate_rad_s * std::abs(rate_rad_s);
 }
 
-int SundialsAxisRun::root_functions(sunrealtype, N_Vector state, sunrealtype* values, void* self) {
-  const auto& run = *static_cast<const SundialsAxisRun*>(self);
+int SundialsOnOffRun::root_functions(sunrealtype, N_Vector state, sunrealtype* values, void* self) {
+  const auto& run = *static_cast<const SundialsOnOffRun*>(self);
   const double angle_rad = NV_Ith_S(state, 0), rate_rad_s = NV_Ith_S(state, 1);
   const double s = run.s_of(angle_rad, rate_rad_s);
   const double error = angle_rad - run.spec_.maneuver.final_angle_rad;
   const EndBox box = run.spec_.law.end_box.value_or(EndBox{1, 1});
-  values[kBandLower] = s - run.lower_rad_;
-  values[kBandUpper] = s - run.upper_rad_;
+  values[kBandLower] = s - run.lower_guard();
+  values[kBandUpper] = s - run.upper_guard();
   values[kBoxLeft] = error + box.angle_rad;
   values[kBoxRight] = error - box.angle_rad;
   values[kBoxSlow] = rate_rad_s + box.rate_rad_s;
@@ -165,85 +200,129 @@ int SundialsAxisRun::root_functions(sunrealtype, N_Vector state, sunrealtype* va
   return 0;
 }
 
-int SundialsAxisRun::wanted(double s_rad) const {
-  return s_rad > upper_rad_ ? -1 : s_rad < lower_rad_ ? 1 : 0;
+int SundialsOnOffRun::wanted(double s_rad) const {
+  if (s_rad > upper_guard()) return -1;
+  if (s_rad < lower_guard()) return 1;
+  return half_ > 0 ? (s_rad >= 0 ? -1 : 1) : 0;
 }
 
-void SundialsAxisRun::note(std::uint32_t channel, int mode) {
+void SundialsOnOffRun::note(std::uint32_t channel, int mode) {
   if (report_.events.size() < kReportedEvents) report_.events.push_back({t_s_, channel, mode});
   ++report_.events_total;
   ++report_.propagator.events;
   digester_.event({t_s_, channel, mode});
 }
 
-void SundialsAxisRun::fire(int u) {
+void SundialsOnOffRun::order(int u) {
+  if (u == ordered_) return;
+  ordered_ = u;
+  if (u != 0) hold_until_s_ = t_s_ + spec_.actuator.minimum_on_time_s;
+  if (spec_.actuator.switching_delay_s == 0)
+    fire(u);
+  else
+    under_way_.emplace_back(t_s_ + spec_.actuator.switching_delay_s, u);
+}
+
+// What is due by the clock alone.
+void SundialsOnOffRun::timers() {
+  for (; !under_way_.empty() && under_way_.front().first <= t_s_; under_way_.pop_front())
+    fire(under_way_.front().second);
+  for (const StepDisturbance& step : spec_.disturbances.steps)
+    if (step.from_s == t_s_) is_fresh_ = true;
+  if (spec_.evaluation != Evaluation::program) return;
+  int u = 0;
+  for (const ProgrammedFiring& firing : spec_.program)
+    if (firing.from_s <= t_s_ && t_s_ < firing.to_s) u = firing.direction;
+  order(u);
+}
+
+double SundialsOnOffRun::next_timer() const {
+  double next_s = spec_.duration_s;
+  const auto at = [&](double t_s) {
+    if (t_s > t_s_) next_s = std::min(next_s, t_s);
+  };
+  if (is_sampled()) next_s = std::min(next_s, static_cast<double>(sample_) * spec_.sample_period_s);
+  if (!under_way_.empty()) at(under_way_.front().first);
+  for (const StepDisturbance& step : spec_.disturbances.steps) at(step.from_s);
+  for (const ProgrammedFiring& firing : spec_.program) {
+    at(firing.from_s);
+    at(firing.to_s);
+  }
+  return next_s;
+}
+
+void SundialsOnOffRun::fire(int u) {
   if (u == u_) return;
   u_ = u;
   is_fresh_ = true;
   if (u == -direction_) has_braked_ = true;
   if (u != 0) {
-    hold_until_s_ = t_s_ + spec_.actuator.minimum_on_time_s;
     ++metrics_.firings.total;
     ++metrics_.firings.per_thruster[u > 0 ? 0 : 1];
   }
   note(kThrusterEvent, u);
 }
 
-void SundialsAxisRun::see_box(bool inside) {
+void SundialsOnOffRun::see_box(bool inside) {
   if (inside == in_box_) return;
   in_box_ = inside;
   note(kEndBoxEvent, inside ? 1 : 0);
 }
 
 // At the present instant: what the law, the box and the hold make of the thrusters.
-void SundialsAxisRun::decide() {
+void SundialsOnOffRun::decide() {
   const double s = s_of(angle(), rate());
-  const bool is_held = u_ != 0 && t_s_ < hold_until_s_ - 1e-9 * spec_.sample_period_s.value_or(0);
-  if (spec_.sample_period_s) {
+  const double rounding_s = is_sampled() ? 1e-9 * spec_.sample_period_s : 0;
+  const bool is_held = ordered_ != 0 && t_s_ < hold_until_s_ - rounding_s;
+  if (is_sampled()) {
     const auto& box = spec_.law.end_box;
     see_box(box && std::abs(angle() - spec_.maneuver.final_angle_rad) <= box->angle_rad &&
             std::abs(rate()) <= box->rate_rad_s);
     ++sample_;
-    if (in_box_)
-      fire(0);
-    else if (!is_held)
-      fire(wanted(s));
+    if (in_box_) {
+      side_ = 0;
+      order(0);
+    } else if (!is_held) {
+      side_ = -wanted(s);
+      order(-side_);
+    }
     return;
   }
   if (is_held && !(in_box_ && spec_.stop == StopCondition::end_box)) return;
   if (in_box_) {
-    fire(0);
+    order(0);
     if (spec_.stop == StopCondition::end_box || leads_into_box()) return;
     see_box(false);
+    side_ = 0;
     side_ = -wanted(s);
   }
   int wish = -side_;
-  if (wish == 0 && u_ != 0) {
+  if (wish == 0 && ordered_ != 0 && spec_.actuator.minimum_on_time_s > 0 && spec_.law.hysteresis_rad == 0) {
     // At the end of the band, coming off a firing: would coasting lead straight back out?
-    const bool at_edge = std::abs(s - (u_ < 0 ? upper_rad_ : lower_rad_)) < 1e-9;
+    const bool at_edge = std::abs(s - (ordered_ < 0 ? upper_rad_ : lower_rad_)) < 1e-9;
     const double drift = acceleration(0);
     const double k = spec_.law.gamma_bar * spec_.law.inertia_kg_m2 / (2 * spec_.law.torque_N_m);
-    const double s_rate = rate() + 2 * k * std::abs(rate()) * drift;
-    if (at_edge && s_rate * -u_ > 0) {
-      wish = u_;
+    const double s_rate = rate() + (spec_.law.rate_gain_s + 2 * k * std::abs(rate())) * drift;
+    if (at_edge && s_rate * -ordered_ > 0) {
+      wish = ordered_;
       hold_until_s_ = t_s_ + spec_.actuator.minimum_on_time_s;
     }
   }
-  fire(wish);
+  order(wish);
   // On the edge of the box a firing may lead straight back in; no root function sees that, being zero
   // already.
   if (!in_box_ && leads_into_box()) see_box(true);
 }
 
-double SundialsAxisRun::acceleration(int u) const {
+double SundialsOnOffRun::acceleration(int u) const {
   const std::size_t size = 2 + 2 * spec_.plant.modes.size();
   std::vector<double> slope(size);
   derivative<double>(spec_.plant, std::span<const double>(NV_DATA_S(solver_.state), size),
-                     spec_.actuator.torque_N_m * u + spec_.disturbance_torque_N_m, slope);
+                     spec_.actuator.torque_N_m * u + constant_torque() + sinusoidal_torque(t_s_), slope);
   return slope[1];
 }
 
-bool SundialsAxisRun::leads_into_box() const {
+bool SundialsOnOffRun::leads_into_box() const {
   if (!spec_.law.end_box) return false;
   const EndBox& box = *spec_.law.end_box;
   const double error = angle() - spec_.maneuver.final_angle_rad;
@@ -255,11 +334,13 @@ bool SundialsAxisRun::leads_into_box() const {
   return is_or_gets_within(error, box.angle_rad, rate()) && is_or_gets_within(rate(), box.rate_rad_s, motion);
 }
 
-void SundialsAxisRun::meet(const std::array<int, kRootCount>& found) {
+void SundialsOnOffRun::meet(const std::array<int, kRootCount>& found) {
   // Which side of the band: by the direction in which its ends were passed.
-  if (found[kBandUpper] != 0) side_ = found[kBandUpper] > 0 ? 1 : (lower_rad_ == upper_rad_ ? -1 : 0);
-  if (found[kBandLower] != 0) side_ = found[kBandLower] < 0 ? -1 : (lower_rad_ == upper_rad_ ? 1 : 0);
-  if (spec_.law.end_box && !spec_.sample_period_s &&
+  const bool is_line = lower_rad_ == upper_rad_;
+  if (found[kBandUpper] != 0 && side_ >= 0) side_ = found[kBandUpper] > 0 ? 1 : (is_line ? -1 : 0);
+  if (found[kBandLower] != 0 && side_ <= 0) side_ = found[kBandLower] < 0 ? -1 : (is_line ? 1 : 0);
+  if (spec_.law.hysteresis_rad > 0) is_fresh_ = true;
+  if (spec_.law.end_box && !is_sampled() &&
       (found[kBoxLeft] || found[kBoxRight] || found[kBoxSlow] || found[kBoxFast])) {
     const EndBox& box = *spec_.law.end_box;
     const double error = angle() - spec_.maneuver.final_angle_rad;
@@ -278,7 +359,7 @@ void SundialsAxisRun::meet(const std::array<int, kRootCount>& found) {
 }
 
 // One call of the integrator: to a root or to the stop, whichever comes first.
-void SundialsAxisRun::fly_to(double stop_s) {
+void SundialsOnOffRun::fly_to(double stop_s) {
   if (is_fresh_) {
     // Never go on across a switching: the integrator has already stepped past it with the old torque.
     check(ERKStepReset(solver_.memory, t_s_, solver_.state), "ERKStepReset");
@@ -308,11 +389,11 @@ void SundialsAxisRun::fly_to(double stop_s) {
   meet(found);
 }
 
-RunStatus SundialsAxisRun::advance(double, std::int64_t max_steps, SampleSink&) {
+RunStatus SundialsOnOffRun::advance(double, std::int64_t max_steps, SampleSink&) {
   if (t_s_ == 0 && report_.propagator.steps == 0 && !is_over_) {
     side_ = -wanted(s_of(angle(), rate()));
     const auto& box = spec_.law.end_box;
-    if (!spec_.sample_period_s && box)
+    if (!is_sampled() && box)
       see_box(std::abs(angle() - spec_.maneuver.final_angle_rad) <= box->angle_rad &&
               std::abs(rate()) <= box->rate_rad_s);
   }
@@ -322,9 +403,8 @@ RunStatus SundialsAxisRun::advance(double, std::int64_t max_steps, SampleSink&) 
       finish("duration");
       break;
     }
-    const bool is_sample =
-        spec_.sample_period_s && t_s_ >= static_cast<double>(sample_) * *spec_.sample_period_s;
-    if (is_sample || !spec_.sample_period_s) decide();
+    timers();
+    if (is_at_sample() || spec_.evaluation == Evaluation::continuous) decide();
     if (spec_.stop == StopCondition::end_box && in_box_) {
       finish("end_box");
       break;
@@ -338,25 +418,26 @@ RunStatus SundialsAxisRun::advance(double, std::int64_t max_steps, SampleSink&) 
         break;
       }
     }
-    double stop_s = spec_.duration_s;
-    if (spec_.sample_period_s)
-      stop_s = std::min(stop_s, static_cast<double>(sample_) * *spec_.sample_period_s);
-    const bool is_held = !spec_.sample_period_s && u_ != 0 && t_s_ < hold_until_s_;
+    double stop_s = next_timer();
+    const bool is_held = !is_sampled() && ordered_ != 0 && t_s_ < hold_until_s_;
     if (is_held) stop_s = std::min(stop_s, hold_until_s_);
     fly_to(stop_s);
     // When a hold is over the side is judged afresh.
-    if (is_held && t_s_ >= hold_until_s_) side_ = -wanted(s_of(angle(), rate()));
+    if (is_held && t_s_ >= hold_until_s_) {
+      side_ = 0;
+      side_ = -wanted(s_of(angle(), rate()));
+    }
   }
   return RunStatus::finished;
 }
 
-void SundialsAxisRun::finish(const char* reason) {
+void SundialsOnOffRun::finish(const char* reason) {
   if (spec_.stop == StopCondition::end_box && in_box_) fire(0);
   report_.stop_reason = reason;
   is_over_ = true;
 }
 
-RunReport SundialsAxisRun::report() const {
+RunReport SundialsOnOffRun::report() const {
   RunReport report = report_;
   long evaluations = 0;
   ERKStepGetNumRhsEvals(solver_.memory, &evaluations);
@@ -378,8 +459,8 @@ RunReport SundialsAxisRun::report() const {
 
 }  // namespace
 
-std::unique_ptr<Run> make_single_axis_verification(const SingleAxisSpecification& specification) {
-  return std::make_unique<SundialsAxisRun>(specification);
+std::unique_ptr<Run> make_on_off_axis_verification(const OnOffAxisSpecification& specification) {
+  return std::make_unique<SundialsOnOffRun>(specification);
 }
 
 }  // namespace slew

@@ -7,6 +7,7 @@
 
 #include "server/actuator/on_off_pair.hpp"
 #include "server/control/switching_function.hpp"
+#include "server/plant/disturbance.hpp"
 #include "server/plant/single_axis.hpp"
 #include "server/simulation/run.hpp"
 
@@ -29,13 +30,11 @@ struct SettlingCriterion {
   double tolerance = 0.01;  ///< rad when absolute
 };
 
-struct SingleAxisSpecification {
+/// What every single-axis experiment has, whatever its law.
+struct AxisSpecification {
   SingleAxisPlant plant;
   SingleAxisManeuver maneuver;
-  SwitchingFunctionParameters law;
-  std::optional<double> sample_period_s;  ///< the law's; empty: evaluated continuously
-  OnOffPairParameters actuator;
-  double disturbance_torque_N_m = 0;  ///< constant, from t = 0, along +theta
+  Disturbances disturbances;
   StopCondition stop = StopCondition::duration;
   SettlingCriterion settling;
   double duration_s = 0;
@@ -44,17 +43,41 @@ struct SingleAxisSpecification {
   double verification_tolerance = 1e-10;  ///< relative, of the SUNDIALS path
 };
 
+/// When the law decides, and with that what keeps the number of switchings finite.
+enum class Evaluation {
+  sampled,     ///< at t = kT, and held
+  continuous,  ///< at every instant; minimum on-time, hysteresis or switching delay regularise it
+  ideal,       ///< infinitely fast (Filippov): sliding and rest are modes of their own
+  program,     ///< there is no law: firings at given times
+};
+
+/// A firing of a program, [from, to).
+struct ProgrammedFiring {
+  double from_s;
+  double to_s;
+  int direction;  ///< +1 or -1
+};
+
+/// A switching function, or a program, and a pair of on-off thrusters.
+struct OnOffAxisSpecification : AxisSpecification {
+  SwitchingFunctionParameters law;
+  Evaluation evaluation = Evaluation::continuous;
+  double sample_period_s = 0;             ///< of a sampled law
+  std::vector<ProgrammedFiring> program;  ///< ascending, apart from each other
+  OnOffPairParameters actuator;
+};
+
 /// The sign of the slew; +1 where there is none.
 int slew_direction(const SingleAxisManeuver& maneuver);
 
 /// gamma_bar gamma = gamma_bar (I*/N*)/(I/N): at least 1 where the law tracks its switching curve.
-double error_factor(const SingleAxisSpecification& specification);
+double error_factor(const OnOffAxisSpecification& specification);
 
 /// Ready to run, by closed-form arcs. Expects a specification that has passed validation.
-std::unique_ptr<Run> make_single_axis_run(const SingleAxisSpecification& specification);
+std::unique_ptr<Run> make_on_off_axis_run(const OnOffAxisSpecification& specification);
 
 /// The same request through SUNDIALS: shares the plant's right-hand side and nothing else. Its report's
 /// digest is its own.
-std::unique_ptr<Run> make_single_axis_verification(const SingleAxisSpecification& specification);
+std::unique_ptr<Run> make_on_off_axis_verification(const OnOffAxisSpecification& specification);
 
 }  // namespace slew

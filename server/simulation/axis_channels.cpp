@@ -1,12 +1,13 @@
-#include "server/simulation/single_axis_channels.hpp"
+#include "server/simulation/axis_channels.hpp"
 
 namespace slew {
 
-ChannelTable single_axis_channels(std::size_t modes) {
+ChannelTable axis_channels(std::size_t modes) {
   ChannelTable table{{{"angle_rad", "rad", "inertial", "theta"},
                       {"rate_rad_s", "rad/s", "inertial", "theta-dot"},
                       {"error_rad", "rad", "inertial", "theta - theta_f"},
-                      {"switching_function_rad", "rad", "inertial", "s of Agrawal & Bang 1995, Eq. 19"}},
+                      {"switching_function_rad", "rad", "inertial",
+                       "s of the law (Agrawal & Bang 1995, Eq. 19; Bryson 1994, Eq. 3.8)"}},
                      {{"torque_N_m", "N m", "body", "torque of the thrusters"},
                       {"positive_on", "1", "body", "1 while the thruster towards +theta fires"},
                       {"negative_on", "1", "body", "1 while the thruster towards -theta fires"},
@@ -21,21 +22,21 @@ ChannelTable single_axis_channels(std::size_t modes) {
   return table;
 }
 
-const std::vector<std::string>& single_axis_event_channels() {
-  static const std::vector<std::string> names{"thruster", "end_box"};
+const std::vector<std::string>& axis_event_channels() {
+  static const std::vector<std::string> names{"thruster", "end_box", "sliding", "rest", "accumulated"};
   return names;
 }
 
-void fill_axis_row(const SwitchingFunction& law, double final_angle_rad, double angle_rad, double rate_rad_s,
-                   int u, double torque_N_m, const AxisOnTimes& on, std::span<double> state,
+void fill_axis_row(const SwitchingFunction& law, double angle_rad, double rate_rad_s,
+                   const AxisFiring& firing, const AxisOnTimes& on, std::span<double> state,
                    std::span<double> thrusters) {
   state[0] = angle_rad;
   state[1] = rate_rad_s;
-  state[2] = angle_rad - final_angle_rad;
+  state[2] = angle_rad - law.final_angle_rad();
   state[3] = law.value(angle_rad, rate_rad_s);
-  thrusters[0] = u * torque_N_m;
-  thrusters[1] = u > 0 ? 1.0 : 0.0;
-  thrusters[2] = u < 0 ? 1.0 : 0.0;
+  thrusters[0] = firing.torque_N_m;
+  thrusters[1] = firing.positive_on;
+  thrusters[2] = firing.negative_on;
   thrusters[3] = on.positive_s;
   thrusters[4] = on.negative_s;
 }
