@@ -4,6 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <stdexcept>
+
+#include "server/propagation/modal_basis.hpp"
 
 namespace slew {
 namespace {
@@ -141,6 +144,14 @@ OnOffAxisSpecification specify_on_off_axis(const json& request) {
   specify_axis(request, spec.actuator.torque_N_m, spec);
   specify_law(request.at("controller"), spec);
   return spec;
+}
+
+std::optional<Violation> why_it_cannot_be_built(const OnOffAxisSpecification& spec) try {
+  const ModalBasis basis(spec.plant, spec.disturbances.sinusoids);
+  return std::nullopt;
+} catch (const std::domain_error& error) {
+  return Violation{"/plant/modes", std::string("the motion has no closed form: ") + error.what(), "",
+                   "modes, or a sinusoid, that differ a little from these"};
 }
 
 std::vector<std::string> warnings_about(const OnOffAxisSpecification& spec) {

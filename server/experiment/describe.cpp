@@ -21,7 +21,11 @@ json predictions(const OnOffAxisSpecification& spec) {
   const double a = spec.actuator.torque_N_m / spec.plant.inertia_kg_m2;
   const int direction = slew_direction(spec.maneuver);
   const double delta = direction * spec.disturbances.constant_N_m / spec.actuator.torque_N_m;
-  if (slew == 0 || spec.maneuver.initial_rate_rad_s != 0 || std::abs(delta) >= 1) return nullptr;
+  const bool has_other_disturbances = !spec.disturbances.steps.empty() ||
+                                      !spec.disturbances.sinusoids.empty() ||
+                                      spec.disturbances.friction_N_m != 0;
+  if (slew == 0 || spec.maneuver.initial_rate_rad_s != 0 || std::abs(delta) >= 1 || has_other_disturbances)
+    return nullptr;
 
   const double g = error_factor(spec);
   const double fastest = std::sqrt(a * slew * (1 - delta * delta));
@@ -93,26 +97,118 @@ json size(const OnOffAxisSpecification& spec) {
           {"most_telemetry_samples", std::floor(spec.duration_s / spec.telemetry_period_s) + 2}};
 }
 
+// Linear law, rigid body, undisturbed. With s going on at alpha_1 and off at alpha_0 (Bryson 1994, Eqs. 3.13
+// and 3.14; a relay with hysteresis is alpha_0 = -alpha_1); with a switching delay D < tau instead, derived:
+// the rate at a switching is the largest, N D (2 tau - D) / (2 (tau - D)).
+json limit_cycle(const OnOffAxisSpecification& spec, const SwitchingFunction& law) {
+  const double tau = law.rate_gain(), n = spec.actuator.torque_N_m / spec.plant.inertia_kg_m2;
+  const double delay_s = spec.actuator.switching_delay_s;
+  const bool is_plain = spec.plant.modes.empty() && spec.evaluation == Evaluation::continuous &&
+                        spec.law.gamma_bar == 0 && spec.disturbances == Disturbances{} &&
+                        spec.actuator.minimum_on_time_s == 0 && law.upper_rad() == -law.lower_rad();
+  if (!is_plain || law.has_hysteresis() == (delay_s > 0)) return nullptr;
+  double period_s = 0, amplitude_rad = 0, rate_rad_s = 0, coast_s = 0, firing_s = 0;
+  if (law.has_hysteresis()) {
+    const double on = law.enter_above_rad(), off = law.leave_above_rad();
+    rate_rad_s = (on - off) / (2 * tau);
+    coast_s = (on + off) / rate_rad_s;
+    firing_s = 2 * rate_rad_s / n;
+    period_s = 4 * tau * ((on + off) / (on - off) + (on - off) / (2 * n * tau * tau));
+    amplitude_rad = 0.5 * (on + off) + 0.125 * (on - off) * (on - off) / (n * tau * tau);
+  } else {
+    if (!law.is_a_line() || delay_s >= tau) return nullptr;
+    rate_rad_s = n * delay_s * (2 * tau - delay_s) / (2 * (tau - delay_s));
+    firing_s = 2 * rate_rad_s / n;
+    period_s = 2 * firing_s;
+    amplitude_rad = rate_rad_s * rate_rad_s / (2 * n);
+  }
+  return {{"period_s", period_s},
+          {"amplitude_deg", amplitude_rad * kDegPerRad},
+          {"rate_amplitude_deg_s", rate_rad_s * kDegPerRad},
+          {"coast_s", coast_s},
+          {"firing_s", firing_s}};
+}
+
+// Along the line theta + tau omega = 0 of a relay with a delay, at the initial rate; to first order in the
+// delay.
+json chatter_period_s(const OnOffAxisSpecification& spec, const SwitchingFunction& law) {
+  const double most_rad_s = spec.actuator.torque_N_m / spec.plant.inertia_kg_m2 * law.rate_gain();
+  const double rate = spec.maneuver.initial_rate_rad_s, delay_s = spec.actuator.switching_delay_s;
+  if (spec.evaluation != Evaluation::continuous || delay_s == 0 || spec.law.gamma_bar != 0 ||
+      !law.is_a_line() || std::abs(rate) >= most_rad_s)
+    return nullptr;
+  return 4 * delay_s * most_rad_s * most_rad_s / (most_rad_s * most_rad_s - rate * rate);
+}
+
+json law_document(const OnOffAxisSpecification& spec, const SwitchingFunction& law) {
+  if (spec.evaluation == Evaluation::program)
+    return {{"type", "firing_program"}, {"firings", spec.program.size()}};
+  json document = {
+      {"type", spec.law.gamma_bar == 0 ? "linear_switching_function" : "switching_function"},
+      {"rate_gain_s", law.rate_gain()},
+      {"curvature_s2", law.curvature()},
+      {"band_deg", {law.lower_rad() * kDegPerRad, law.upper_rad() * kDegPerRad}},
+      {"fires_above_deg",
+       {{"from", law.enter_above_rad() * kDegPerRad}, {"to", law.leave_above_rad() * kDegPerRad}}},
+      {"fires_below_deg",
+       {{"from", law.enter_below_rad() * kDegPerRad}, {"to", law.leave_below_rad() * kDegPerRad}}}};
+  if (spec.law.gamma_bar != 0) {
+    const double g = error_factor(spec);
+    document["error_factor"] = g;
+    document["regime"] = g >= 1 ? "tracks the switching curve" : "leaves the switching curve, overshoots";
+  } else if (law.rate_gain() > 0) {
+    // Bryson 1994, Fig. 3.5: below N tau both sides point at the line, and theta falls as exp(-t/tau).
+    document["slides_below_rate_deg_s"] =
+        spec.actuator.torque_N_m / spec.plant.inertia_kg_m2 * law.rate_gain() * kDegPerRad;
+    document["regime"] = "tracks the switching line";
+  }
+  return document;
+}
+
+// What keeps the number of switchings finite.
+json regularisation(const OnOffAxisSpecification& spec) {
+  switch (spec.evaluation) {
+    case Evaluation::sampled:
+      return {{"type", "sampled"}, {"period_s", spec.sample_period_s}};
+    case Evaluation::ideal:
+      return {{"type", "sliding"}};
+    case Evaluation::program:
+      return {{"type", "program"}};
+    case Evaluation::continuous:
+      break;
+  }
+  json document = json::object();
+  if (spec.law.hysteresis_rad > 0) {
+    document["type"] = "hysteresis";
+    document["hysteresis_deg"] = spec.law.hysteresis_rad * kDegPerRad;
+  }
+  if (spec.actuator.switching_delay_s > 0) {
+    document["type"] = "switching_delay";
+    document["switching_delay_s"] = spec.actuator.switching_delay_s;
+  }
+  if (spec.actuator.minimum_on_time_s > 0) {
+    document["type"] = "minimum_on_time";
+    document["minimum_on_time_s"] = spec.actuator.minimum_on_time_s;
+  }
+  return document;
+}
+
+// For a rigid axis; null where no closed form applies.
+json all_predictions(const OnOffAxisSpecification& spec, const SwitchingFunction& law) {
+  if (!spec.plant.modes.empty() || spec.evaluation == Evaluation::program) return nullptr;
+  if (spec.law.gamma_bar != 0) return predictions(spec);
+  return {{"limit_cycle", limit_cycle(spec, law)}, {"chatter_period_s", chatter_period_s(spec, law)}};
+}
+
 }  // namespace
 
 json describe(const Prepared& prepared) {
   const OnOffAxisSpecification& spec = prepared.system;
-  const double g = error_factor(spec);
   const SwitchingFunction law(spec.law, spec.maneuver.final_angle_rad, slew_direction(spec.maneuver));
-  json regularisation;
-  if (spec.evaluation == Evaluation::sampled)
-    regularisation = {{"type", "sampled"}, {"period_s", spec.sample_period_s}};
-  else
-    regularisation = {{"type", "minimum_on_time"}, {"minimum_on_time_s", spec.actuator.minimum_on_time_s}};
   return {{"plant", plant(spec)},
-          {"law",
-           {{"type", "switching_function"},
-            {"error_factor", g},
-            {"regime", g >= 1 ? "tracks the switching curve" : "leaves the switching curve, overshoots"},
-            {"curvature_s2", law.curvature()},
-            {"band_deg", {law.lower_rad() * kDegPerRad, law.upper_rad() * kDegPerRad}}}},
-          {"regularisation", std::move(regularisation)},
-          {"predictions", spec.plant.modes.empty() ? predictions(spec) : json(nullptr)},
+          {"law", law_document(spec, law)},
+          {"regularisation", regularisation(spec)},
+          {"predictions", all_predictions(spec, law)},
           {"size", size(spec)},
           {"warnings", prepared.warnings},
           {"request", json::parse(prepared.resolved)}};

@@ -144,6 +144,7 @@ std::variant<Prepared, Rejection> prepare(std::string_view request_text) {
   }
   Prepared prepared;
   prepared.system = specify_on_off_axis(resolved);
+  if (auto violation = why_it_cannot_be_built(prepared.system)) return invalid({std::move(*violation)});
   prepared.preset = resolved.value("preset", "");
   prepared.label = resolved.at("label");
   prepared.warnings = warnings_about(prepared.system);

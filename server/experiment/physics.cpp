@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "server/actuator/switching_delay.hpp"
 #include "server/experiment/limits.hpp"
 #include "server/experiment/wall_time.hpp"
 
@@ -53,6 +55,107 @@ class SoundFields {
   const std::vector<Violation>& violations_;
 };
 
+using Violate = std::function<void(std::string, std::string, std::string, std::string)>;
+
+// A law without regularisation is refused, and so is one with two that contradict each other.
+void check_regularisation(const SoundFields& fields, const Violate& violate) {
+  const auto on_time_s = fields.number("/actuator/minimum_on_time_s");
+  const auto delay_s = fields.number("/actuator/switching_delay_s");
+  const auto hysteresis_deg = fields.number("/controller/hysteresis_deg");
+  const bool may_have_hysteresis = !fields.lacks("/controller", "hysteresis_deg");
+  if (fields.says("/controller/evaluation/type", "continuous") && on_time_s == 0.0 && delay_s == 0.0 &&
+      may_have_hysteresis && hysteresis_deg == 0.0)
+    violate(
+        "/actuator/minimum_on_time_s",
+        "a law that is evaluated continuously switches infinitely often where both sides of its switching "
+        "curve point at it; something must regularise it",
+        "0",
+        "a minimum on-time, a switching delay or a hysteresis greater than 0, or controller.evaluation of "
+        "type "
+        "\"sampled\" or \"ideal\"");
+  if (fields.says("/controller/evaluation/type", "ideal")) {
+    const auto refuse = [&](const char* pointer, const std::optional<double>& value, const char* what) {
+      if (value && *value > 0)
+        violate(pointer,
+                std::string("an ideal law switches infinitely fast: ") + what + " contradicts its evaluation",
+                number(*value), "0, or controller.evaluation of type \"continuous\" or \"sampled\"");
+    };
+    refuse("/actuator/minimum_on_time_s", on_time_s, "a minimum on-time");
+    refuse("/actuator/switching_delay_s", delay_s, "a switching delay");
+    refuse("/controller/hysteresis_deg", hysteresis_deg, "hysteresis");
+    if (fields.says("/controller/type", "schmitt_trigger"))
+      violate("/controller/evaluation/type", "a Schmitt trigger's hysteresis contradicts an ideal evaluation",
+              "\"ideal\"", "\"continuous\" or \"sampled\"");
+  }
+  if (fields.says("/controller/deadband/type", "none")) return;
+  const auto width_deg = fields.number("/controller/deadband/width_deg");
+  const double room = fields.says("/controller/deadband/type", "double_sided") ? 2 : 1;
+  if (width_deg && hysteresis_deg && *hysteresis_deg > room * *width_deg)
+    violate("/controller/hysteresis_deg", "the hysteresis is wider than the dead band",
+            number(*hysteresis_deg), "at most " + number(room * *width_deg) + " with this dead band");
+}
+
+// At an edge of the end box both sides may point at it too, under a disturbance.
+void check_end_box(const SoundFields& fields, const Violate& violate) {
+  if (!fields.has("/controller/end_box") || fields.says("/stop/when", "end_box")) return;
+  const bool is_ideal = fields.says("/controller/evaluation/type", "ideal");
+  const bool has_hysteresis_only = fields.says("/controller/evaluation/type", "continuous") &&
+                                   fields.number("/actuator/minimum_on_time_s") == 0.0 &&
+                                   fields.number("/actuator/switching_delay_s") == 0.0;
+  if (is_ideal || has_hysteresis_only)
+    violate("/controller/end_box",
+            "nothing regularises the firings at the edges of the end box, which a disturbance may make "
+            "infinitely "
+            "many",
+            shortened(*fields.at("/controller/end_box")),
+            "left out, or stop.when \"end_box\", or a minimum on-time, a switching delay or a sampled law");
+}
+
+void check_schmitt_trigger(const SoundFields& fields, const Violate& violate) {
+  const auto on_deg = fields.number("/controller/on_deg"), off_deg = fields.number("/controller/off_deg");
+  if (on_deg && off_deg && *off_deg >= *on_deg)
+    violate("/controller/off_deg", "a Schmitt trigger goes off below where it goes on", number(*off_deg),
+            "less than controller.on_deg, " + number(*on_deg));
+}
+
+void check_firing_program(const SoundFields& fields, const Violate& violate) {
+  const json* firings = fields.at("/controller/firings");
+  if (!firings || !firings->is_array()) return;
+  double free_from_s = 0;
+  for (std::size_t i = 0; i < firings->size(); ++i) {
+    const std::string pointer = "/controller/firings/" + std::to_string(i);
+    const auto from_s = fields.number(pointer + "/from_s"), to_s = fields.number(pointer + "/to_s");
+    if (!from_s || !to_s) continue;
+    if (*from_s < free_from_s)
+      violate(pointer + "/from_s", "a firing begins before the one before it has ended", number(*from_s),
+              "at least " + number(free_from_s));
+    if (*to_s <= *from_s)
+      violate(pointer + "/to_s", "a firing ends after it has begun", number(*to_s),
+              "more than " + number(*from_s));
+    free_from_s = std::max(free_from_s, *to_s);
+  }
+}
+
+// What holds the hub (an ideal law on its switching line, friction at rest) is solved for oscillating modes.
+void check_modes(const SoundFields& fields, const json& modes, const Violate& violate) {
+  const json* disturbances = fields.at("/disturbances");
+  const bool is_ideal = fields.says("/controller/evaluation/type", "ideal");
+  const bool has_friction =
+      disturbances && disturbances->is_array() &&
+      std::any_of(disturbances->begin(), disturbances->end(), [](const json& disturbance) {
+        return disturbance.is_object() && disturbance.value("type", json()) == "friction";
+      });
+  if (!is_ideal && !has_friction) return;
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    const std::string pointer = "/plant/modes/" + std::to_string(i) + "/damping_ratio";
+    if (const auto damping = fields.number(pointer); damping && *damping >= 1)
+      violate(pointer,
+              std::string(is_ideal ? "an ideal law" : "friction") +
+                  " holds the hub by turns, which is solved for modes that oscillate",
+              number(*damping), "less than 1, or another evaluation and no friction");
+  }
+}
+
 }  // namespace
 
 std::vector<Violation> physics_violations(const json& request,
@@ -64,15 +167,12 @@ std::vector<Violation> physics_violations(const json& request,
     violations.push_back({std::move(pointer), std::move(problem), std::move(given), std::move(allowed)});
   };
   const auto duration_s = fields.number("/simulation/duration_s");
-  const auto minimum_on_time_s = fields.number("/actuator/minimum_on_time_s");
   const bool is_continuous = fields.says("/controller/evaluation/type", "continuous");
-
-  if (is_continuous && minimum_on_time_s == 0.0)
-    violate(
-        "/actuator/minimum_on_time_s",
-        "a law that is evaluated continuously switches infinitely often where both sides of its switching "
-        "curve point at it; something must regularise it",
-        "0", "a minimum on-time greater than 0, or controller.evaluation of type \"sampled\"");
+  const bool is_sampled = fields.says("/controller/evaluation/type", "sampled");
+  check_regularisation(fields, violate);
+  check_end_box(fields, violate);
+  check_schmitt_trigger(fields, violate);
+  check_firing_program(fields, violate);
   if (fields.says("/stop/when", "end_box") && fields.lacks("/controller", "end_box"))
     violate("/stop/when", "the run cannot stop at the end box of a controller that has none", "\"end_box\"",
             "controller.end_box given, or another stop");
@@ -94,6 +194,7 @@ std::vector<Violation> physics_violations(const json& request,
               "\"now\", \"held\", or a time in UTC such as \"2026-11-24T12:00:00Z\"");
   }
   if (const json* modes = fields.at("/plant/modes"); modes && modes->is_array()) {
+    check_modes(fields, *modes, violate);
     const auto inertia = fields.number("/plant/inertia_kg_m2");
     double coupled = 0;
     bool is_sound = inertia.has_value();
@@ -108,6 +209,12 @@ std::vector<Violation> physics_violations(const json& request,
               "positive",
               number(*inertia), "more than sum D^2, " + number(coupled));
   }
+  constexpr auto kCommands = static_cast<double>(SwitchingDelay::kCommands);
+  const auto delay_s = fields.number("/actuator/switching_delay_s");
+  const auto period_s = fields.number("/controller/evaluation/period_s");
+  if (is_sampled && delay_s && period_s && *period_s > 0 && *delay_s / *period_s > kCommands)
+    violate("/actuator/switching_delay_s", "more commands would be on their way than a valve holds",
+            number(*delay_s), "at most " + number(kCommands * *period_s) + " with this sample period");
   if (!duration_s) return violations;
 
   // What is legal by itself may be too much together.
@@ -118,7 +225,7 @@ std::vector<Violation> physics_violations(const json& request,
             "at least " + number(*duration_s / most_pieces) + " s for this duration (" + number(most_pieces) +
                 " " + pieces + ")");
   };
-  bound("/controller/evaluation/period_s", most.max_steps, "controller samples");
+  if (is_sampled) bound("/controller/evaluation/period_s", most.max_steps, "controller samples");
   if (is_continuous) bound("/actuator/minimum_on_time_s", most.max_steps, "firings");
   bound("/telemetry/sample_period_s", most.max_archived_rows, "telemetry samples");
   if (const json* times = fields.at("/outputs/at_s"); times && times->is_array())

@@ -44,7 +44,9 @@ json metrics_document(const Metrics& metrics, const ChannelTable& channels) {
   if (metrics.limit_cycle)
     limit_cycle = {{"period_s", metrics.limit_cycle->period_s},
                    {"amplitude_deg", metrics.limit_cycle->amplitude_rad * kDegPerRad},
-                   {"rate_amplitude_deg_s", metrics.limit_cycle->rate_amplitude_rad_s * kDegPerRad}};
+                   {"rate_amplitude_deg_s", metrics.limit_cycle->rate_amplitude_rad_s * kDegPerRad},
+                   {"coast_s", metrics.limit_cycle->coast_s},
+                   {"firing_s", metrics.limit_cycle->firing_s}};
   return {{"end_time_s", metrics.end_time_s},
           {"maneuver_time_s", optional(metrics.maneuver_time_s)},
           {"end_box_entry_s", optional(metrics.end_box_entry_s)},
@@ -68,6 +70,9 @@ json metrics_document(const Metrics& metrics, const ChannelTable& channels) {
           {"propellant_kg", optional(metrics.propellant_kg)},
           {"gas_volume_m3", optional(metrics.gas_volume_m3)},
           {"limit_cycle", std::move(limit_cycle)},
+          {"switching_period_s", optional(metrics.switching_period_s)},
+          {"sliding_s", metrics.sliding_s},
+          {"rest_s", optional(metrics.rest_s)},
           {"final_state", std::move(final_state)}};
 }
 

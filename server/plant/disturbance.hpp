@@ -9,6 +9,7 @@ namespace slew {
 struct StepDisturbance {
   double from_s;
   double torque_N_m;  ///< positive towards +theta
+  bool operator==(const StepDisturbance&) const = default;
 };
 
 /// A sin(W t + phi).
@@ -16,6 +17,7 @@ struct Sinusoid {
   double amplitude_N_m;
   double frequency_rad_s;
   double phase_rad;
+  bool operator==(const Sinusoid&) const = default;
 };
 
 struct Disturbances {
@@ -23,13 +25,7 @@ struct Disturbances {
   std::vector<StepDisturbance> steps;  ///< ascending, after t = 0
   std::vector<Sinusoid> sinusoids;
   double friction_N_m = 0;  ///< Coulomb's: against the motion, and at rest against whatever would start it
-
-  double constant_at(double t_s) const {
-    double torque = constant_N_m;
-    for (const StepDisturbance& step : steps)
-      if (step.from_s <= t_s) torque += step.torque_N_m;
-    return torque;
-  }
+  bool operator==(const Disturbances&) const = default;
 };
 
 }  // namespace slew

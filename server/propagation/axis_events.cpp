@@ -68,8 +68,9 @@ double crossing_time(const QuadraticArc<double>& arc, const SwitchingFunction& l
                     piece.sigma * k * arc.rate_rad_s * arc.rate_rad_s - level_rad;
   const auto roots =
       quadratic_roots(c0, first_coefficient(arc, law, slope), 0.5 * arc.acceleration_rad_s2 * slope);
-  // Rounding may put the root a little outside; the nearest one is meant.
-  double best = piece.end;
+  // Rounding may put the root a little outside; the nearest one is meant. Without any, s has been beyond all
+  // along.
+  double best = piece.begin;
   double distance = HUGE_VAL;
   for (int i = 0; i < roots.count; ++i) {
     const double tau = roots.tau[static_cast<std::size_t>(i)];
@@ -115,7 +116,11 @@ bool in_box(const Path& arc, const EndBox& box, double final_angle_rad, double t
 }  // namespace
 
 std::optional<SideCrossing> side_crossing(const QuadraticArc<double>& arc, const SwitchingFunction& law,
-                                          SwitchingSide side, double h) {
+                                          SwitchingSide side, double h, double margin_rad) {
+  const double enter_above = law.enter_above_rad() + margin_rad,
+               leave_above = law.leave_above_rad() - margin_rad;
+  const double enter_below = law.enter_below_rad() - margin_rad,
+               leave_below = law.leave_below_rad() + margin_rad;
   const Pieces pieces = monotone_pieces(arc, law, h);
   for (int i = 0; i < pieces.count; ++i) {
     const Piece& piece = pieces.piece[static_cast<std::size_t>(i)];
@@ -123,14 +128,14 @@ std::optional<SideCrossing> side_crossing(const QuadraticArc<double>& arc, const
     const auto at = [&](double level) { return crossing_time(arc, law, piece, level); };
     switch (side) {
       case SwitchingSide::below:
-        if (end > law.leave_below_rad()) return SideCrossing{at(law.leave_below_rad()), law.beyond_below()};
+        if (end > leave_below) return SideCrossing{at(leave_below), law.beyond_below()};
         break;
       case SwitchingSide::above:
-        if (end < law.leave_above_rad()) return SideCrossing{at(law.leave_above_rad()), law.beyond_above()};
+        if (end < leave_above) return SideCrossing{at(leave_above), law.beyond_above()};
         break;
       case SwitchingSide::inside:
-        if (end > law.enter_above_rad()) return SideCrossing{at(law.enter_above_rad()), SwitchingSide::above};
-        if (end < law.enter_below_rad()) return SideCrossing{at(law.enter_below_rad()), SwitchingSide::below};
+        if (end > enter_above) return SideCrossing{at(enter_above), SwitchingSide::above};
+        if (end < enter_below) return SideCrossing{at(enter_below), SwitchingSide::below};
         break;
     }
   }
@@ -165,20 +170,21 @@ struct SideScan {
 }  // namespace
 
 std::optional<SideCrossing> side_crossing(const ModalArc& arc, const SwitchingFunction& law,
-                                          SwitchingSide side, double h) {
+                                          SwitchingSide side, double h, double margin_rad) {
   const double resolution = 1e-13 * h;
   const auto passes = [&](double level, int sign) {
     return first_crossing(SideScan{arc, law, level}, sign, 0, h, resolution);
   };
   if (side == SwitchingSide::below) {
-    const auto tau = passes(law.leave_below_rad(), 1);
+    const auto tau = passes(law.leave_below_rad() + margin_rad, 1);
     return tau ? std::optional(SideCrossing{*tau, law.beyond_below()}) : std::nullopt;
   }
   if (side == SwitchingSide::above) {
-    const auto tau = passes(law.leave_above_rad(), -1);
+    const auto tau = passes(law.leave_above_rad() - margin_rad, -1);
     return tau ? std::optional(SideCrossing{*tau, law.beyond_above()}) : std::nullopt;
   }
-  const auto up = passes(law.enter_above_rad(), 1), down = passes(law.enter_below_rad(), -1);
+  const auto up = passes(law.enter_above_rad() + margin_rad, 1),
+             down = passes(law.enter_below_rad() - margin_rad, -1);
   if (up && (!down || *up <= *down)) return SideCrossing{*up, SwitchingSide::above};
   if (down) return SideCrossing{*down, SwitchingSide::below};
   return std::nullopt;

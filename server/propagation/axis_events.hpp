@@ -18,11 +18,12 @@ struct SideCrossing {
 
 /// The first time in [0, h] at which s leaves `side`. A crossing counts when s is beyond the end of the band
 /// at the end of a monotone piece, so that starting on the end itself is no crossing unless s moves outwards.
+/// An arc that begins on an end, to rounding, must get past it by `margin_rad`.
 std::optional<SideCrossing> side_crossing(const QuadraticArc<double>& arc, const SwitchingFunction& law,
-                                          SwitchingSide side, double h);
+                                          SwitchingSide side, double h, double margin_rad = 0);
 
 std::optional<SideCrossing> side_crossing(const ModalArc& arc, const SwitchingFunction& law,
-                                          SwitchingSide side, double h);
+                                          SwitchingSide side, double h, double margin_rad = 0);
 
 /// The sign of ds/dtau just after the start of the arc (0 when s stands still).
 int side_motion(const QuadraticArc<double>& arc, const SwitchingFunction& law);

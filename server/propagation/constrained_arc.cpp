@@ -153,8 +153,11 @@ std::optional<ConstrainedArc::Excess> ConstrainedArc::leaves(double least_N_m, d
                                                              double h) const {
   if (h <= 0) return std::nullopt;
   const double resolution = 1e-13 * h;
-  const auto above = first_crossing(TorqueScan{*this, most_N_m}, 1, 0, h, resolution);
-  const auto below = first_crossing(TorqueScan{*this, least_N_m}, -1, 0, above.value_or(h), resolution);
+  // What is held at an end of the range, as nothing is by no thrust, is not let go for its rounding.
+  const double rounding_N_m = 1e-12 * std::max(std::abs(least_N_m), std::abs(most_N_m));
+  const auto above = first_crossing(TorqueScan{*this, most_N_m + rounding_N_m}, 1, 0, h, resolution);
+  const auto below =
+      first_crossing(TorqueScan{*this, least_N_m - rounding_N_m}, -1, 0, above.value_or(h), resolution);
   if (below && (!above || *below <= *above)) return Excess{*below, -1};
   if (above) return Excess{*above, 1};
   return std::nullopt;

@@ -63,6 +63,8 @@ std::optional<double> first_crossing(const Function& f, int sign, double a, doub
     const double reach = 0.5 * width * (std::abs(look.slope) + 0.25 * width * look.curvature);
     if (std::abs(value) > reach) {
       if (value > 0) return a;
+    } else if (reach == 0) {
+      // Zero all along: never positive.
     } else if (std::abs(look.slope) > 0.5 * width * look.curvature || width <= resolution ||
                depth + 1 == ends.size()) {
       // Monotone, or too short to look any closer.

@@ -144,6 +144,11 @@ class RigidDynamics {
   }
   AxisMotion begin(const Arc& arc) const { return {arc.angle_rad, arc.rate_rad_s, arc.acceleration_rad_s2}; }
   std::optional<double> rest(const Arc& arc, double h) const { return rest_time(arc, h); }
+  /// When a motion of the given sense ends: the rate is beyond zero by more than the rounding.
+  std::optional<double> turn(const Arc& arc, int sense, double rounding_rad_s, double h) const {
+    if (sense * arc.acceleration_rad_s2 >= 0) return std::nullopt;
+    return rest_time(Arc{arc.angle_rad, arc.rate_rad_s + sense * rounding_rad_s, arc.acceleration_rad_s2}, h);
+  }
   template <typename Function>
   void each_piece(const Arc& arc, double h, Function&& each) const {
     each(0.0, h, RigidPiece(arc, h));
@@ -186,6 +191,9 @@ class FlexibleDynamics {
   AxisMotion at(const Arc& arc, double tau) const { return arc.at(tau); }
   AxisMotion begin(const Arc& arc) const { return arc.begin(); }
   std::optional<double> rest(const Arc& arc, double h) const { return next_rest(arc, 0, h); }
+  std::optional<double> turn(const Arc& arc, int sense, double rounding_rad_s, double h) const {
+    return first_crossing(RateScan{arc, -sense * rounding_rad_s}, -sense, 0, h, 1e-13 * h);
+  }
   /// Parts at whose ends the rate changes its sign.
   template <typename Function>
   void each_piece(const Arc& arc, double h, Function&& each) const {

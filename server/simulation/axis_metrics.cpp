@@ -94,17 +94,20 @@ void AxisMetrics::end_box(double t_s, bool inside) {
 }
 
 void AxisMetrics::on_time(double t_s, double h, const AxisOnTimes& on) {
+  // Braking may end within the arc.
+  add(on, part_ == Part::braking && braked_until_s_ ? (*braked_until_s_ - t_s) / h : 1);
+}
+
+void AxisMetrics::add(const AxisOnTimes& on, double share_in_part) {
   auto& times = metrics_.thruster_on_time_s;
   times.total += on.positive_s + on.negative_s;
   times.by_sign.positive += on.positive_s;
   times.by_sign.negative += on.negative_s;
   times.per_thruster[0] += on.positive_s;
   times.per_thruster[1] += on.negative_s;
-  // Braking may end within the arc.
-  const double share = part_ == Part::braking && braked_until_s_ ? (*braked_until_s_ - t_s) / h : 1;
   if (auto* part = tally_of(times)) {
-    part->positive += share * on.positive_s;
-    part->negative += share * on.negative_s;
+    part->positive += share_in_part * on.positive_s;
+    part->negative += share_in_part * on.negative_s;
   }
 }
 

@@ -29,11 +29,14 @@ class AxisMetrics {
   /// One piece of length h that starts at t, and how long either thruster is on in it.
   template <typename Piece>
   void arc(double t_s, const Piece& piece, const AxisOnTimes& on, double h);
+  /// Firings too short to be told apart.
+  void impulse(const AxisOnTimes& on) { add(on, 1); }
   void slid(double h) { metrics_.sliding_s += h; }
   /// The first time that the rate along the slew is no longer positive after braking has begun, where the
   /// loop has located it itself; found in arc() otherwise.
   void first_rest(double t_s, double angle_rad);
 
+  double peak_rate_rad_s() const { return metrics_.peak_rate_rad_s; }
   bool braking_has_begun() const { return switch_on_s_.has_value(); }
   /// No longer moving along the slew, to rounding: from rest, as many sampled firings back as forth leave a
   /// rate of exactly 0 and its rounding, of either sign, and inside the dead band nothing would take it away.
@@ -53,6 +56,7 @@ class AxisMetrics {
   };
 
   void on_time(double t_s, double h, const AxisOnTimes& on);
+  void add(const AxisOnTimes& on, double share_in_part);
   void brake(double t_s);
   void turn(double t_s, double error_rad);
   template <typename Piece>

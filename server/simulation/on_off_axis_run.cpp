@@ -1,12 +1,12 @@
 // The closed loop of a single-axis slew by closed-form arcs. The order of a step is server/doc/step.md's.
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <utility>
 
+#include "server/actuator/switching_delay.hpp"
 #include "server/propagation/constrained_arc.hpp"
 #include "server/simulation/axis.hpp"
 #include "server/simulation/axis_channels.hpp"
@@ -32,29 +32,9 @@ constexpr int kLargestCascade = 32;
 constexpr double kInstant_s = 1e-10;
 // Arcs between switchings that are shorter than this have accumulated.
 constexpr double kAccumulated_s = 1e-9;
-
-// Commands on their way through a valve, in the order in which they arrive.
-class Valve {
- public:
-  bool is_idle() const { return count_ == 0; }
-  bool is_full() const { return count_ == commands_.size(); }
-  double next_s() const { return commands_[first_].at_s; }
-  void send(double at_s, int u) { commands_[(first_ + count_++) % commands_.size()] = {at_s, u}; }
-  int arrive() {
-    const int u = commands_[first_].u;
-    first_ = (first_ + 1) % commands_.size();
-    --count_;
-    return u;
-  }
-
- private:
-  struct Command {
-    double at_s;
-    int u;
-  };
-  std::array<Command, 64> commands_{};
-  std::size_t first_ = 0, count_ = 0;
-};
+// Of angles and of what is made from them, relative.
+constexpr double kRounding = 1e-14;
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 template <typename Dynamics>
 class OnOffAxisRun final : public Run {
@@ -111,6 +91,8 @@ class OnOffAxisRun final : public Run {
   void let_go(SampleSink& sink);
   void find_sense(SampleSink& sink);
   bool accumulates(Reason ended, const SideCrossing& crossing, SampleSink& sink);
+  std::optional<SideCrossing> next_crossing(Reason ended) const;
+  double rest_rounding_rad_s(Reason ended) const;
   std::pair<double, double> supply(Contact contact) const;
   // 3: how far the arc goes.
   void open_step(SampleSink& sink);
@@ -131,7 +113,7 @@ class OnOffAxisRun final : public Run {
   bool is_ideal() const { return spec_->evaluation == Evaluation::ideal; }
   bool is_held() const { return contact_ != Contact::free; }
   bool is_holding() const { return commanded_ != 0 && t_s_ < hold_until_s_ - hold_rounding_s_; }
-  double resolution_s() const { return 64 * std::numeric_limits<double>::epsilon() * t_s_; }
+  double resolution_s() const { return 64 * kEpsilon * t_s_; }
   AxisMotion motion(double tau) const {
     if (!is_held()) return dynamics_.at(arc_, tau);
     const HubPath& path = held_.path();
@@ -160,7 +142,7 @@ class OnOffAxisRun final : public Run {
   // The mode m.
   int commanded_ = 0;
   int u_ = 0;
-  Valve valve_;
+  SwitchingDelay valve_;
   bool in_box_ = false;
   double hold_until_s_ = 0;
   SwitchingSide side_ = SwitchingSide::inside;
@@ -501,16 +483,50 @@ void OnOffAxisRun<Dynamics>::find_sense(SampleSink& sink) {
   dynamics_.let_go(held_, arc_);
 }
 
-// Arcs that shrink without end: the next one is shorter than 1 ns, and at rest the thrusters can hold it.
+// An ideal law lets go where s stands still: for a while rounding is all that s does, and it may well point
+// back at the edge. So it may, for an instant, where s goes through.
+template <typename Dynamics>
+std::optional<SideCrossing> OnOffAxisRun<Dynamics>::next_crossing(Reason ended) const {
+  const double h = end_s_ - t_s_;
+  const bool was_held = is_ideal() && (ended == Reason::excess || ended == Reason::rest);
+  if (!was_held) {
+    const auto crossing = side_crossing(arc_, law_, side_, h);
+    const bool goes_through = is_ideal() && ended == Reason::side;
+    if (!goes_through || !crossing || crossing->tau > kInstant_s) return crossing;
+  }
+  const double scale_rad = std::abs(angle()) + std::abs(law_.final_angle_rad()) +
+                           (law_.rate_gain() + law_.curvature() * std::abs(rate())) * std::abs(rate());
+  const double off_rad = std::abs(law_.value(angle(), rate()) - edge_.level_rad);
+  return side_crossing(arc_, law_, side_, h, off_rad + kRounding * scale_rad);
+}
+
+// What friction lets go begins at rest, to rounding of either sign.
+template <typename Dynamics>
+double OnOffAxisRun<Dynamics>::rest_rounding_rad_s(Reason ended) const {
+  if (ended != Reason::excess && ended != Reason::turn) return 0;
+  return std::abs(rate()) + kRounding * metrics_.peak_rate_rad_s();
+}
+
+// Arcs that shrink without end: the next one is shorter than 1 ns, or than the rounding of angles resolves,
+// and at rest the thrusters can hold it.
 template <typename Dynamics>
 bool OnOffAxisRun<Dynamics>::accumulates(Reason ended, const SideCrossing& crossing, SampleSink& sink) {
-  const double fastest = 4 * kAccumulated_s * thrust(1) / residual_inertia_kg_m2(spec_->plant);
-  if (ended != Reason::side || crossing.tau >= kAccumulated_s || std::abs(rate()) > fastest) return false;
+  const double strongest = thrust(1) / residual_inertia_kg_m2(spec_->plant);
+  const double angle_rad = std::max(std::abs(angle()), std::abs(law_.final_angle_rad()));
+  const double shortest_s = std::max(kAccumulated_s, 4 * std::sqrt(kEpsilon * angle_rad / strongest));
+  if (ended != Reason::side || crossing.tau >= shortest_s || std::abs(rate()) > 4 * shortest_s * strongest)
+    return false;
   edge_ = edge_between(side_, crossing.entered);
   dynamics_.hold(arc_, HubPath{angle(), 0, 0, 0}, held_);
   const auto [least, most] = supply(Contact::resting);
   const double required = held_.required_torque_at(0);
   if (required < least || required > most) return false;
+  // What is left of the rate, the arcs left out would take away.
+  const double impulse_s = -rate() * spec_->plant.inertia_kg_m2 / thrust(1);
+  const AxisOnTimes on{std::max(0.0, impulse_s), std::max(0.0, -impulse_s)};
+  on_.positive_s += on.positive_s;
+  on_.negative_s += on.negative_s;
+  metrics_.impulse(on);
   hold(Contact::resting, sink);
   note(kAccumulatedEvent, 1, sink);
   return true;
@@ -580,7 +596,7 @@ void OnOffAxisRun<Dynamics>::open_free_arc(Reason ended, bool stops_at_rest, Sam
   dynamics_.push(arc_, thrust(u_) + constant_N_m_ - friction() * sense_);
   if (spec_->evaluation == Evaluation::continuous || is_ideal()) {
     if (!in_box_ && !is_holding())
-      if (const auto crossing = side_crossing(arc_, law_, side_, end_s_ - t_s_)) {
+      if (const auto crossing = next_crossing(ended)) {
         if (is_ideal() && accumulates(ended, *crossing, sink)) return;
         entered_ = crossing->entered;
         look_for(Reason::side, crossing->tau);
@@ -590,13 +606,16 @@ void OnOffAxisRun<Dynamics>::open_free_arc(Reason ended, bool stops_at_rest, Sam
                                         resolution_s()))
         look_for(Reason::box, *tau);
   }
-  if (!stops_at_rest && friction() == 0) return;
-  if (const auto tau = dynamics_.rest(arc_, end_s_ - t_s_)) {
-    const Reason reason = stops_at_rest ? Reason::rest : Reason::turn;
+  // A rest at the very end of the step counts before what else happens there.
+  const auto look_for_rest = [&](Reason reason, std::optional<double> tau) {
+    if (!tau) return;
     look_for(reason, *tau);
-    // A rest at the very end of the step counts before what else happens there.
     if (t_s_ + *tau >= end_s_) reason_ = reason;
-  }
+  };
+  if (stops_at_rest)
+    look_for_rest(Reason::rest, dynamics_.rest(arc_, end_s_ - t_s_));
+  else if (sense_ != 0)
+    look_for_rest(Reason::turn, dynamics_.turn(arc_, sense_, rest_rounding_rad_s(ended), end_s_ - t_s_));
 }
 
 template <typename Dynamics>

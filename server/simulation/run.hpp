@@ -122,9 +122,9 @@ class Run {
 struct Verification {
   std::string propagator;
   double relative_tolerance = 0;
-  std::uint64_t events_compared = 0;
+  std::uint64_t events_compared = 0;  ///< those before the first that differ
   bool same_event_sequence = false;
-  std::optional<double> event_time_median_s;  ///< |difference|; null where the sequences differ
+  std::optional<double> event_time_median_s;  ///< |difference| over the events before the first that differ
   std::optional<double> event_time_max_s;
   std::vector<double> final_state_difference;  ///< this run minus the verification, per state channel
   double final_time_difference_s = 0;

@@ -7,12 +7,12 @@
 namespace slew {
 namespace {
 
-bool is_same_sequence(const RunReport& a, const RunReport& b) {
-  return a.events_total == b.events_total &&
-         std::equal(a.events.begin(), a.events.end(), b.events.begin(), b.events.end(),
-                    [](const SwitchEvent& x, const SwitchEvent& y) {
-                      return x.channel == y.channel && x.mode == y.mode;
-                    });
+// How many of the first events are the same in both.
+std::size_t common_events(const RunReport& a, const RunReport& b) {
+  const auto differ = std::mismatch(
+      a.events.begin(), a.events.end(), b.events.begin(), b.events.end(),
+      [](const SwitchEvent& x, const SwitchEvent& y) { return x.channel == y.channel && x.mode == y.mode; });
+  return static_cast<std::size_t>(differ.first - a.events.begin());
 }
 
 }  // namespace
@@ -25,13 +25,15 @@ Verification compare(const RunReport& run, const RunReport& verification) {
   result.final_time_difference_s = run.metrics.end_time_s - verification.metrics.end_time_s;
   for (std::size_t i = 0; i < run.metrics.final_state.size(); ++i)
     result.final_state_difference.push_back(run.metrics.final_state[i] - verification.metrics.final_state[i]);
-  result.same_event_sequence = is_same_sequence(run, verification);
-  if (!result.same_event_sequence || run.events.empty()) return result;
+  result.events_compared = common_events(run, verification);
+  result.same_event_sequence = run.events_total == verification.events_total &&
+                               result.events_compared == run.events.size() &&
+                               result.events_compared == verification.events.size();
+  if (result.events_compared == 0) return result;
   std::vector<double> differences;
-  for (std::size_t i = 0; i < run.events.size(); ++i)
+  for (std::size_t i = 0; i < result.events_compared; ++i)
     differences.push_back(std::abs(run.events[i].t_s - verification.events[i].t_s));
   std::sort(differences.begin(), differences.end());
-  result.events_compared = differences.size();
   result.event_time_median_s = differences[differences.size() / 2];
   result.event_time_max_s = differences.back();
   return result;

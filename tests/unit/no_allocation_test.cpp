@@ -68,4 +68,30 @@ TEST(NoAllocation, InAStepOfAFlexibleAxis) {
   EXPECT_EQ(allocations_of(events), 0);
 }
 
+TEST(NoAllocation, InAStepOfAnIdealLaw) {
+  for (const bool is_flexible : {false, true}) {
+    auto spec = is_flexible ? test::flexible_slew(1.4, 1) : test::unit_slew(1.1, 1);
+    spec.evaluation = Evaluation::ideal;
+    spec.law.end_box.reset();
+    spec.stop = StopCondition::duration;
+    spec.maneuver.initial_angle_rad = spec.maneuver.final_angle_rad - 0.01;
+    spec.disturbances.sinusoids = {{0.01, 30, 0}};
+    spec.duration_s = 3;
+    spec.telemetry_period_s = 0.01;
+    EXPECT_EQ(allocations_of(spec), 0) << is_flexible;
+  }
+}
+
+TEST(NoAllocation, InAStepUnderFrictionDelayAndHysteresis) {
+  auto spec = test::flexible_slew(1.0, 1);
+  spec.evaluation = Evaluation::continuous;
+  spec.law.hysteresis_rad = 0.01;
+  spec.actuator.switching_delay_s = 0.02;
+  spec.disturbances.friction_N_m = 0.05;
+  spec.maneuver.initial_angle_rad = spec.maneuver.final_angle_rad - 0.01;
+  spec.duration_s = 3;
+  spec.telemetry_period_s = 0.01;
+  EXPECT_EQ(allocations_of(spec), 0);
+}
+
 }  // namespace

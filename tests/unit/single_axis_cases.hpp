@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "server/simulation/axis.hpp"
+#include "server/simulation/axis_channels.hpp"
 
 namespace slew::test {
 
