@@ -169,24 +169,42 @@ struct SideScan {
 
 }  // namespace
 
-std::optional<SideCrossing> side_crossing(const ModalArc& arc, const SwitchingFunction& law,
-                                          SwitchingSide side, double h, double margin_rad) {
-  const double resolution = 1e-13 * h;
-  const auto passes = [&](double level, int sign) {
-    return first_crossing(SideScan{arc, law, level}, sign, 0, h, resolution);
+namespace {
+
+// The first time in [from, h] at which s leaves the side.
+std::optional<SideCrossing> side_crossing_within(const ModalArc& arc, const SwitchingFunction& law,
+                                                 SwitchingSide side, double from, double h,
+                                                 double margin_rad) {
+  const auto passes = [&](double level, int sign, double until) {
+    return first_crossing(SideScan{arc, law, level}, sign, from, until, 1e-13 * h);
   };
   if (side == SwitchingSide::below) {
-    const auto tau = passes(law.leave_below_rad() + margin_rad, 1);
+    const auto tau = passes(law.leave_below_rad() + margin_rad, 1, h);
     return tau ? std::optional(SideCrossing{*tau, law.beyond_below()}) : std::nullopt;
   }
   if (side == SwitchingSide::above) {
-    const auto tau = passes(law.leave_above_rad() - margin_rad, -1);
+    const auto tau = passes(law.leave_above_rad() - margin_rad, -1, h);
     return tau ? std::optional(SideCrossing{*tau, law.beyond_above()}) : std::nullopt;
   }
-  const auto up = passes(law.enter_above_rad() + margin_rad, 1),
-             down = passes(law.enter_below_rad() - margin_rad, -1);
-  if (up && (!down || *up <= *down)) return SideCrossing{*up, SwitchingSide::above};
-  if (down) return SideCrossing{*down, SwitchingSide::below};
+  const auto up = passes(law.enter_above_rad() + margin_rad, 1, h);
+  const auto down = passes(law.enter_below_rad() - margin_rad, -1, up.value_or(h));
+  if (down && (!up || *down < *up)) return SideCrossing{*down, SwitchingSide::below};
+  if (up) return SideCrossing{*up, SwitchingSide::above};
+  return std::nullopt;
+}
+
+}  // namespace
+
+// Most arcs end soon, whatever the time that is left: the windows of the search grow.
+std::optional<SideCrossing> side_crossing(const ModalArc& arc, const SwitchingFunction& law,
+                                          SwitchingSide side, double h, double margin_rad) {
+  double from = 0, width = 2 * arc.basis().panel_s();
+  while (from < h) {
+    const double until = h - from > width ? from + width : h;
+    if (const auto crossing = side_crossing_within(arc, law, side, from, until, margin_rad)) return crossing;
+    from = until;
+    width *= 2;
+  }
   return std::nullopt;
 }
 

@@ -2,7 +2,9 @@
 // times at which something happens on it.
 #pragma once
 
+#include <array>
 #include <complex>
+#include <cstdint>
 #include <optional>
 #include <vector>
 
@@ -47,13 +49,29 @@ class ModalArc {
                      std::span<double> v) const;
   std::span<const std::complex<double>> coordinates() const { return c_; }
 
+  /// What rounding may make of a rate of zero, rad/s.
+  double rate_rounding_rad_s() const { return 1e-14 * rate_sum_; }
   /// At least the largest |acceleration| and |jerk| on [a, b].
   double acceleration_bound(double a, double b) const;
   double jerk_bound(double a, double b) const;
+  /// The same, at less cost and not as near.
+  double loose_jerk_bound(double a, double b) const { return jerk_sum_ * growth(a, b); }
 
  private:
+  // p in a panel of time (ModalBasis::panel_s) as a power series about its middle, and a bound of |p'''| in
+  // it.
+  static constexpr std::size_t kTerms = ModalBasis::kPanelTerms;
+  struct Panel {
+    std::uint64_t arc = 0;  ///< of which it is
+    std::int64_t index;
+    std::array<double, kTerms> coefficient;
+    double third_derivative;
+  };
+
   void renew();
   double growth(double a, double b) const;
+  const Panel& panel(std::int64_t index) const;
+  std::int64_t panel_at(double tau) const { return static_cast<std::int64_t>(tau / basis_->panel_s()); }
 
   const ModalBasis* basis_;
   double angle_rad_;
@@ -66,9 +84,17 @@ class ModalArc {
   std::vector<std::complex<double>> amplitude_;
   double p_begin_ = 0;
   double p_rest_ = 0;
+  double rate_sum_ = 0;
   double acceleration_sum_ = 0;
   double jerk_sum_ = 0;
   double fastest_growth_ = 0;
+
+  // Panels of this arc that were looked at last, and room to make one. Nothing depends on which they are.
+  static constexpr std::size_t kPanels = 32;
+  std::uint64_t arc_ = 0;  ///< counts them
+  mutable std::array<Panel, kPanels> panels_;
+  mutable std::vector<std::complex<double>> panel_factor_;
+  mutable std::vector<double> derivative_, next_derivative_;
 
   bool is_ready(double tau) const { return std::abs(tau - stepped_) <= kSameStep_s; }
 

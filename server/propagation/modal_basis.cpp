@@ -18,6 +18,50 @@ ModalBasis::ModalBasis(SingleAxisPlant plant, std::span<const Sinusoid> sinusoid
   if (!(residual_inertia_kg_m2(plant_) > 0)) throw std::domain_error("I - sum D^2 must be positive");
   if (n > 0) add_modes();
   for (const Sinusoid& sinusoid : sinusoids) add_sinusoid(sinusoid);
+  divide_time();
+}
+
+void ModalBasis::divide_time() {
+  double fastest = 0;
+  for (const Complex lambda : lambda_) fastest = std::max(fastest, std::abs(lambda));
+  if (fastest > 0) panel_s_ = 1 / fastest;
+  for (const Complex lambda : lambda_) {
+    damping_.push_back(2 * lambda.real());
+    stiffness_.push_back(std::norm(lambda));
+  }
+  for (std::int64_t i = 0; i < kPanelTable; ++i)
+    for (const Complex lambda : lambda_) {
+      near_.push_back(std::exp(lambda * ((static_cast<double>(i) + 0.5) * panel_s_)));
+      far_.push_back(std::exp(lambda * (static_cast<double>(i * kPanelTable) * panel_s_)));
+    }
+  double term = 1;
+  for (std::size_t j = 1; j < kPanelTerms; ++j) {
+    // Against the term before last, so that the recurrence has its two.
+    if (j > 2) term /= static_cast<double>(j - 2);
+    first_in_term_[j] = first_in_term_[j - 1];
+    while (first_in_term_[j] + 1 < size() &&
+           std::pow(0.5 * panel_s_ * std::sqrt(stiffness_[first_in_term_[j]]), static_cast<double>(j) - 2) *
+                   term <
+               1e-19)
+      ++first_in_term_[j];
+  }
+}
+
+void ModalBasis::panel_factors(std::int64_t i, std::span<Complex> factors) const {
+  if (i >= kPanelTable * kPanelTable) {
+    for (std::size_t k = 0; k < size(); ++k)
+      factors[k] = std::exp(lambda_[k] * ((static_cast<double>(i) + 0.5) * panel_s_));
+    return;
+  }
+  const Complex* near = near_.data() + static_cast<std::size_t>(i % kPanelTable) * size();
+  const Complex* far = far_.data() + static_cast<std::size_t>(i / kPanelTable) * size();
+  if (i < kPanelTable) {
+    std::copy(near, near + size(), factors.begin());
+    return;
+  }
+  for (std::size_t k = 0; k < size(); ++k)
+    factors[k] = {near[k].real() * far[k].real() - near[k].imag() * far[k].imag(),
+                  near[k].real() * far[k].imag() + near[k].imag() * far[k].real()};
 }
 
 // M q'' + C q' + K q = -D torque / I, the hub eliminated.

@@ -12,7 +12,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <complex>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -45,6 +47,19 @@ class ModalBasis {
   /// S_k: where the modal coordinates rest under a torque of 1 N m.
   std::span<const std::complex<double>> rest() const { return rest_; }
 
+  /// Time is divided into panels short enough that a power series about the middle of one converges at once:
+  /// |lambda| times half of its length is at most 1.
+  double panel_s() const { return panel_s_; }
+  /// exp(lambda_k tau) at the middle of panel i, for each k; the same bits whatever came before.
+  void panel_factors(std::int64_t i, std::span<std::complex<double>> factors) const;
+  /// 2 Re lambda_k and |lambda_k|^2: d^2/dtau^2 of exp(lambda_k tau) is the first times d/dtau minus the
+  /// second.
+  std::span<const double> damping_per_s() const { return damping_; }
+  std::span<const double> stiffness_per_s2() const { return stiffness_; }
+  static constexpr std::size_t kPanelTerms = 15;  ///< of the series; the rest is below 1/19!, 1e-17
+  /// The first coordinate that matters to term j: slow ones are done sooner (they stand in ascending order).
+  std::size_t first_in_term(std::size_t j) const { return first_in_term_[j]; }
+
   /// Between coordinates c (size(), of which the last are the sinusoids' z and are left as they are) and
   /// physical q, q' (modes().size() each).
   void to_modal(std::span<const double> q, std::span<const double> v,
@@ -66,6 +81,15 @@ class ModalBasis {
   std::vector<std::complex<double>> to_modal_;     ///< a row of 2 n for each mode's coordinate
   std::vector<std::complex<double>> to_physical_;  ///< a column of 2 n for each coordinate
   std::vector<double> free_rad_s_;
+
+  // exp(lambda_k tau) at the middles of the first kPanelTable panels, and over so many panels at a time;
+  // size() to each.
+  static constexpr std::int64_t kPanelTable = 16;
+  void divide_time();
+  double panel_s_ = 1;
+  std::vector<std::complex<double>> near_, far_;
+  std::vector<double> damping_, stiffness_;
+  std::array<std::size_t, kPanelTerms> first_in_term_{};
 };
 
 }  // namespace slew

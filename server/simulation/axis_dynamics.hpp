@@ -90,7 +90,7 @@ class FlexiblePiece {
   /// The largest |rate|, or a number that is at least it and no larger than `record`.
   double peak_rate(double record) const {
     const double at_ends = std::max(std::abs(begin_.rate_rad_s), std::abs(end_.rate_rad_s));
-    const double jerk = arc_.jerk_bound(from_, from_ + h_);
+    const double jerk = arc_.loose_jerk_bound(from_, from_ + h_);
     if (at_ends + 0.125 * jerk * h_ * h_ <= record || std::abs(begin_.acceleration_rad_s2) > jerk * h_)
       return at_ends;
     return searched_peak(at_ends);
@@ -192,7 +192,8 @@ class FlexibleDynamics {
   AxisMotion begin(const Arc& arc) const { return arc.begin(); }
   std::optional<double> rest(const Arc& arc, double h) const { return next_rest(arc, 0, h); }
   std::optional<double> turn(const Arc& arc, int sense, double rounding_rad_s, double h) const {
-    return first_crossing(RateScan{arc, -sense * rounding_rad_s}, -sense, 0, h, 1e-13 * h);
+    const double rounding = rounding_rad_s > 0 ? rounding_rad_s + arc.rate_rounding_rad_s() : 0;
+    return first_crossing(RateScan{arc, -sense * rounding}, -sense, 0, h, 1e-13 * h);
   }
   /// Parts at whose ends the rate changes its sign.
   template <typename Function>

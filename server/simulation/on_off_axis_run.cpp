@@ -504,7 +504,8 @@ std::optional<SideCrossing> OnOffAxisRun<Dynamics>::next_crossing(Reason ended) 
 template <typename Dynamics>
 double OnOffAxisRun<Dynamics>::rest_rounding_rad_s(Reason ended) const {
   if (ended != Reason::excess && ended != Reason::turn) return 0;
-  return std::abs(rate()) + kRounding * metrics_.peak_rate_rad_s();
+  return std::max(std::numeric_limits<double>::min(),
+                  std::abs(rate()) + kRounding * metrics_.peak_rate_rad_s());
 }
 
 // Arcs that shrink without end: the next one is shorter than 1 ns, or than the rounding of angles resolves,
