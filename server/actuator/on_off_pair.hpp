@@ -3,10 +3,9 @@
 
 #include <optional>
 
-namespace slew {
+#include "server/actuator/propellant.hpp"
 
-/// Standard acceleration of gravity, by which specific impulse is defined.
-inline constexpr double kStandardGravity_m_s2 = 9.80665;
+namespace slew {
 
 struct OnOffPairParameters {
   double torque_N_m = 1;
@@ -16,11 +15,5 @@ struct OnOffPairParameters {
   std::optional<double> specific_impulse_s;
   std::optional<double> gas_density_kg_m3;
 };
-
-/// Propellant in kg for an angular impulse in N m s; empty where arm or specific impulse is not known.
-inline std::optional<double> propellant_kg(const OnOffPairParameters& pair, double angular_impulse_N_m_s) {
-  if (!pair.lever_arm_m || !pair.specific_impulse_s) return std::nullopt;
-  return angular_impulse_N_m_s / (*pair.lever_arm_m * *pair.specific_impulse_s * kStandardGravity_m_s2);
-}
 
 }  // namespace slew
