@@ -283,9 +283,10 @@ std::optional<double> box_crossing_within(const ModalArc& arc, const EndBox& box
   const double scan_resolution = 1e-13 * h;
   const AxisMotion start = arc.at(from);
   const auto look_ahead = [&](Side& side, double after) {
-    side.next = side.is_rate
-                    ? first_crossing(RateScan{arc, side.level}, -side.sign, after, h, scan_resolution)
-                    : first_crossing(AngleScan{arc, side.level}, -side.sign, after, h, scan_resolution);
+    side.next =
+        side.is_rate
+            ? first_crossing(RateScan<ModalArc>{arc, side.level}, -side.sign, after, h, scan_resolution)
+            : first_crossing(AngleScan<ModalArc>{arc, side.level}, -side.sign, after, h, scan_resolution);
   };
   for (Side& side : sides) {
     const double value = side.is_rate ? start.rate_rad_s : start.angle_rad;

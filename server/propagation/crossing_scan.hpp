@@ -78,4 +78,23 @@ std::optional<double> first_crossing(const Function& f, int sign, double a, doub
   }
 }
 
+/// The next time in (from, h] at which the function changes its sign. `Function` has slope_bound(a, b) too.
+template <typename Function>
+std::optional<double> next_sign_change(const Function& f, double from, double h) {
+  const double value = f.at(from).value;
+  if (std::abs(value) > f.slope_bound(from, h) * (h - from)) return std::nullopt;
+  const double resolution = 1e-13 * h;
+  // From zero the function goes where its slope points.
+  double start = from;
+  int sign = value > 0 ? 1 : value < 0 ? -1 : 0;
+  if (from > 0 || sign == 0) {
+    start = from + std::fmin(1e-9 * (h - from), 0.5 * (h - from));
+    const double after = f.at(start).value;
+    sign = after > 0 ? 1 : after < 0 ? -1 : 0;
+  }
+  if (sign == 0) return std::nullopt;
+  const auto change = first_crossing(f, -sign, start, h, resolution);
+  return change && *change > start ? change : std::nullopt;
+}
+
 }  // namespace slew

@@ -211,21 +211,4 @@ double ModalArc::jerk_bound(double a, double b) const {
   return loose_jerk_bound(a, b);
 }
 
-std::optional<double> next_rest(const ModalArc& arc, double from, double h) {
-  const double rate = from == 0 ? arc.begin().rate_rad_s : arc.rate_at(from);
-  if (std::abs(rate) > arc.acceleration_bound(from, h) * (h - from)) return std::nullopt;
-  const double resolution = 1e-13 * h;
-  // From a rest the rate goes where the acceleration points.
-  double start = from;
-  int sign = rate > 0 ? 1 : rate < 0 ? -1 : 0;
-  if (from > 0 || sign == 0) {
-    start = from + std::min(1e-9 * (h - from), 0.5 * (h - from));
-    const double after = arc.rate_at(start);
-    sign = after > 0 ? 1 : after < 0 ? -1 : 0;
-  }
-  if (sign == 0) return std::nullopt;
-  const auto rest = first_crossing(RateScan{arc, 0}, -sign, start, h, resolution);
-  return rest && *rest > start ? rest : std::nullopt;
-}
-
 }  // namespace slew

@@ -8,16 +8,10 @@
 #include <optional>
 #include <vector>
 
-#include "server/propagation/crossing_scan.hpp"
 #include "server/propagation/modal_basis.hpp"
+#include "server/propagation/motion_scan.hpp"
 
 namespace slew {
-
-struct AxisMotion {
-  double angle_rad;
-  double rate_rad_s;
-  double acceleration_rad_s2;
-};
 
 /// Holds the state at its beginning (tau = 0). Allocates when made, never afterwards.
 class ModalArc {
@@ -104,37 +98,5 @@ class ModalArc {
   double stepped_ = -1;
   std::vector<std::complex<double>> factor_;
 };
-
-/// theta - level.
-struct AngleScan {
-  const ModalArc& arc;
-  double level_rad;
-  ScanPoint at(double tau) const {
-    const AxisMotion motion = arc.at(tau);
-    return {motion.angle_rad - level_rad, motion.rate_rad_s};
-  }
-  ScanLook look(double a, double b) const {
-    const AxisMotion middle = arc.at(0.5 * (a + b));
-    const double bound = std::abs(middle.acceleration_rad_s2) + 0.5 * (b - a) * arc.jerk_bound(a, b);
-    return {middle.angle_rad - level_rad, middle.rate_rad_s, bound};
-  }
-};
-
-/// omega - level.
-struct RateScan {
-  const ModalArc& arc;
-  double level_rad_s;
-  ScanPoint at(double tau) const {
-    const AxisMotion motion = arc.at(tau);
-    return {motion.rate_rad_s - level_rad_s, motion.acceleration_rad_s2};
-  }
-  ScanLook look(double a, double b) const {
-    const AxisMotion middle = arc.at(0.5 * (a + b));
-    return {middle.rate_rad_s - level_rad_s, middle.acceleration_rad_s2, arc.jerk_bound(a, b)};
-  }
-};
-
-/// The next time in (from, h] at which the rate changes its sign.
-std::optional<double> next_rest(const ModalArc& arc, double from, double h);
 
 }  // namespace slew

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "server/actuator/on_off_pair.hpp"
+#include "server/actuator/proportional_thrusters.hpp"
+#include "server/control/control_loop.hpp"
 #include "server/control/switching_function.hpp"
 #include "server/plant/disturbance.hpp"
 #include "server/plant/single_axis.hpp"
@@ -67,6 +69,14 @@ struct OnOffAxisSpecification : AxisSpecification {
   OnOffPairParameters actuator;
 };
 
+/// Linear feedback through proportional thrusters.
+struct LinearAxisSpecification : AxisSpecification {
+  LinearFeedback feedback;
+  AngleEstimator estimator;
+  InitialEstimate estimate;
+  ProportionalThrusterParameters actuator;
+};
+
 /// The sign of the slew; +1 where there is none.
 int slew_direction(const SingleAxisManeuver& maneuver);
 
@@ -79,5 +89,15 @@ std::unique_ptr<Run> make_on_off_axis_run(const OnOffAxisSpecification& specific
 /// The same request through SUNDIALS: shares the plant's right-hand side and nothing else. Its report's
 /// digest is its own.
 std::unique_ptr<Run> make_on_off_axis_verification(const OnOffAxisSpecification& specification);
+
+ControlLoop control_loop(const LinearAxisSpecification& specification);
+
+/// Steps of the propagator that the whole duration takes.
+double propagator_steps(const LinearAxisSpecification& specification);
+
+/// Ready to run, by power series (server/propagation/taylor_arc.hpp). Expects a specification that has passed
+/// validation: no friction, no end box.
+std::unique_ptr<Run> make_linear_axis_run(const LinearAxisSpecification& specification);
+std::unique_ptr<Run> make_linear_axis_verification(const LinearAxisSpecification& specification);
 
 }  // namespace slew

@@ -1,6 +1,18 @@
 #include "server/simulation/axis_channels.hpp"
 
 namespace slew {
+namespace {
+
+void add_elastic(ChannelTable& table, std::size_t modes) {
+  if (modes == 0) return;
+  table.state.push_back({"momentum_N_m_s", "N m s", "inertial", "I omega + sum D_i q_i'"});
+  for (std::size_t i = 1; i <= modes; ++i)
+    table.state.push_back({"q_" + std::to_string(i), "kg^1/2 m", "body", "modal coordinate"});
+  for (std::size_t i = 1; i <= modes; ++i)
+    table.state.push_back({"q_dot_" + std::to_string(i), "kg^1/2 m/s", "body", "its rate"});
+}
+
+}  // namespace
 
 ChannelTable axis_channels(std::size_t modes) {
   ChannelTable table{{{"angle_rad", "rad", "inertial", "theta"},
@@ -13,12 +25,25 @@ ChannelTable axis_channels(std::size_t modes) {
                       {"negative_on", "1", "body", "1 while the thruster towards -theta fires"},
                       {"positive_on_time_s", "s", "body", "its on-time so far"},
                       {"negative_on_time_s", "s", "body", "its on-time so far"}}};
-  if (modes == 0) return table;
-  table.state.push_back({"momentum_N_m_s", "N m s", "inertial", "I omega + sum D_i q_i'"});
-  for (std::size_t i = 1; i <= modes; ++i)
-    table.state.push_back({"q_" + std::to_string(i), "kg^1/2 m", "body", "modal coordinate"});
-  for (std::size_t i = 1; i <= modes; ++i)
-    table.state.push_back({"q_dot_" + std::to_string(i), "kg^1/2 m/s", "body", "its rate"});
+  add_elastic(table, modes);
+  return table;
+}
+
+ChannelTable linear_axis_channels(std::size_t modes, const AngleEstimator& estimator, bool is_lead) {
+  ChannelTable table{{{"angle_rad", "rad", "inertial", "theta"},
+                      {"rate_rad_s", "rad/s", "inertial", "theta-dot"},
+                      {"error_rad", "rad", "inertial", "theta - theta_f"}},
+                     {{"torque_N_m", "N m", "body", "torque of the thrusters"}}};
+  add_elastic(table, modes);
+  if (is_lead) {
+    table.state.push_back({"lead_state_rad", "rad", "inertial", "xi (Bryson 1994, Eq. 3.4)"});
+    return table;
+  }
+  if (!std::holds_alternative<std::monostate>(estimator))
+    table.state.push_back(
+        {"estimated_rate_rad_s", "rad/s", "inertial", "q^ (Bryson 1994, Problems 3.2.1, 3.2.3)"});
+  if (std::holds_alternative<SecondOrderAngleEstimator>(estimator))
+    table.state.push_back({"estimated_angle_rad", "rad", "inertial", "theta^ (Bryson 1994, Problem 3.2.1)"});
   return table;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "server/control/switching_function.hpp"
+#include "server/estimation/angle_estimator.hpp"
 #include "server/simulation/run.hpp"
 
 namespace slew {
@@ -16,6 +17,10 @@ inline constexpr std::size_t kAxisThrusterChannels = 5;
 /// With elastic modes the momentum and every q_i and q_i' follow the rigid axis' columns.
 ChannelTable axis_channels(std::size_t modes = 0);
 const std::vector<std::string>& axis_event_channels();
+
+/// Of a linear law: angle, rate, error, with elastic modes what axis_channels() has of them, then what is
+/// estimated, or xi of lead compensation.
+ChannelTable linear_axis_channels(std::size_t modes, const AngleEstimator& estimator, bool is_lead);
 
 /// Indices into axis_event_channels().
 inline constexpr std::uint32_t kThrusterEvent = 0;

@@ -3,7 +3,8 @@
 namespace slew {
 
 // Halves are let go when their ends and the bound on the jerk leave no room for a larger rate.
-double FlexiblePiece::searched_peak(double at_ends) const {
+template <typename Arc>
+double SmoothPiece<Arc>::searched_peak(double at_ends) const {
   constexpr double kAccuracy = 1e-10;
   struct Part {
     double a, b, rate_a, rate_b;
@@ -26,5 +27,8 @@ double FlexiblePiece::searched_peak(double at_ends) const {
   }
   return peak;
 }
+
+template class SmoothPiece<ModalArc>;
+template class SmoothPiece<TaylorMotion>;
 
 }  // namespace slew

@@ -10,6 +10,7 @@
 
 #include "server/propagation/axis_events.hpp"
 #include "server/propagation/constrained_arc.hpp"
+#include "server/propagation/taylor_arc.hpp"
 #include "server/simulation/axis.hpp"
 #include "server/simulation/digest.hpp"
 
@@ -71,10 +72,11 @@ class PathPiece {
   const double h_;
 };
 
-class FlexiblePiece {
+template <typename Arc>
+class SmoothPiece {
  public:
   /// [from, from + h] of the arc, at whose end the rate may be zero and nowhere else inside.
-  FlexiblePiece(const ModalArc& arc, double from, double h, bool ends_at_rest)
+  SmoothPiece(const Arc& arc, double from, double h, bool ends_at_rest)
       : arc_(arc),
         from_(from),
         h_(h),
@@ -83,6 +85,8 @@ class FlexiblePiece {
         end_(arc.at(from + h)) {
     if (ends_at_rest) end_.rate_rad_s = 0;
   }
+  /// What moves by no more than rounding stands still.
+  void stand_still() { begin_.rate_rad_s = begin_.acceleration_rad_s2 = end_.rate_rad_s = 0; }
 
   double angle_at(double tau) const { return arc_.angle_at(from_ + tau); }
   AxisMotion begin() const { return begin_; }
@@ -107,20 +111,24 @@ class FlexiblePiece {
     // Monotone: once at most, and only between the ends.
     const double a = begin_.angle_rad - angle_rad, b = end_.angle_rad - angle_rad;
     if ((a < 0) == (b < 0) || a == 0 || b == 0) return;
-    const double tau = passing_time(AngleScan{arc_, angle_rad}, a < 0 ? 1 : -1, from_, from_ + h_) - from_;
+    const double tau =
+        passing_time(AngleScan<Arc>{arc_, angle_rad}, a < 0 ? 1 : -1, from_, from_ + h_) - from_;
     if (tau > 0 && tau < h_) each(tau);
   }
 
  private:
   double searched_peak(double at_ends) const;
 
-  const ModalArc& arc_;
+  const Arc& arc_;
   const double from_;
   const double h_;
   const bool ends_at_rest_;
   AxisMotion begin_;
   AxisMotion end_;
 };
+
+using FlexiblePiece = SmoothPiece<ModalArc>;
+using TaylorPiece = SmoothPiece<TaylorMotion>;
 
 class RigidDynamics {
  public:

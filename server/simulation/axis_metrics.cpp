@@ -12,7 +12,7 @@ int sign_of(double value) {
   return value > 0 ? 1 : value < 0 ? -1 : 0;
 }
 
-double settling_tolerance(const OnOffAxisSpecification& specification) {
+double settling_tolerance(const AxisSpecification& specification) {
   const auto& maneuver = specification.maneuver;
   const double initial = std::abs(maneuver.initial_angle_rad - maneuver.final_angle_rad);
   return specification.settling.kind == SettlingTolerance::absolute
@@ -23,7 +23,21 @@ double settling_tolerance(const OnOffAxisSpecification& specification) {
 }  // namespace
 
 AxisMetrics::AxisMetrics(const OnOffAxisSpecification& specification, int direction)
-    : actuator_(specification.actuator),
+    : AxisMetrics(specification, specification.actuator, direction, true) {}
+
+// A motion that dies out smoothly comes to rest nowhere, whatever its rate has fallen to.
+AxisMetrics::AxisMetrics(const LinearAxisSpecification& specification, int direction)
+    : AxisMetrics(specification,
+                  {.torque_N_m = 0,
+                   .lever_arm_m = specification.actuator.lever_arm_m,
+                   .specific_impulse_s = specification.actuator.specific_impulse_s,
+                   .gas_density_kg_m3 = specification.actuator.gas_density_kg_m3},
+                  direction, false) {}
+
+AxisMetrics::AxisMetrics(const AxisSpecification& specification, const OnOffPairParameters& actuator,
+                         int direction, bool finds_rest)
+    : actuator_(actuator),
+      finds_rest_(finds_rest),
       final_angle_rad_(specification.maneuver.final_angle_rad),
       direction_(direction),
       settling_rad_(settling_tolerance(specification)) {
@@ -154,7 +168,7 @@ void AxisMetrics::arc(double t_s, const Piece& piece, const AxisOnTimes& on, dou
     turn(t_s + *rest, piece.angle_at(*rest) - final_angle_rad_);
     motion_ = -motion_;
   }
-  if (switch_on_s_ && is_at_rest(end.rate_rad_s)) {
+  if (finds_rest_ && switch_on_s_ && is_at_rest(end.rate_rad_s)) {
     const double tau = rest.value_or(direction_ * begin.rate_rad_s <= 0 ? 0.0 : h);
     first_rest(t_s + tau, piece.angle_at(tau));
   }
@@ -170,6 +184,7 @@ void AxisMetrics::arc(double t_s, const Piece& piece, const AxisOnTimes& on, dou
 template void AxisMetrics::arc(double, const RigidPiece&, const AxisOnTimes&, double);
 template void AxisMetrics::arc(double, const FlexiblePiece&, const AxisOnTimes&, double);
 template void AxisMetrics::arc(double, const PathPiece&, const AxisOnTimes&, double);
+template void AxisMetrics::arc(double, const TaylorPiece&, const AxisOnTimes&, double);
 
 void AxisMetrics::first_rest(double t_s, double angle_rad) {
   if (metrics_.first_rest_s) return;
@@ -212,14 +227,16 @@ Metrics AxisMetrics::finish(double t_s, double angle_rad, double rate_rad_s) con
     const double braked =
         std::min(*metrics.first_rest_s, metrics.crossing_s.value_or(HUGE_VAL)) - *switch_on_s_;
     const auto& on = metrics.thruster_on_time_s.braking;
-    if (braked > 0) metrics.braking_duty = (direction_ > 0 ? on.negative : on.positive) / braked;
+    if (braked > 0 && actuator_.torque_N_m > 0)
+      metrics.braking_duty = (direction_ > 0 ? on.negative : on.positive) / braked;
   }
   const double on_s = metrics.thruster_on_time_s.total;
-  metrics.angular_impulse_N_m_s = on_s * actuator_.torque_N_m;
-  metrics.control_effort_N2_m2_s = on_s * actuator_.torque_N_m * actuator_.torque_N_m;
+  metrics.angular_impulse_N_m_s = angular_impulse_N_m_s_ + on_s * actuator_.torque_N_m;
+  metrics.control_effort_N2_m2_s = effort_N2_m2_s_ + on_s * actuator_.torque_N_m * actuator_.torque_N_m;
   if (actuator_.lever_arm_m) {
     const double force_N = actuator_.torque_N_m / *actuator_.lever_arm_m;
-    metrics.control_effort_N2_s = on_s * force_N * force_N;
+    metrics.control_effort_N2_s =
+        effort_N2_m2_s_ / (*actuator_.lever_arm_m * *actuator_.lever_arm_m) + on_s * force_N * force_N;
   }
   metrics.propellant_kg = propellant_kg(actuator_, metrics.angular_impulse_N_m_s);
   if (metrics.propellant_kg && actuator_.gas_density_kg_m3)

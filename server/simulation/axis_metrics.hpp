@@ -19,9 +19,17 @@ class AxisMetrics {
 
   /// `direction` is the sign of the slew.
   AxisMetrics(const OnOffAxisSpecification& specification, int direction);
+  AxisMetrics(const LinearAxisSpecification& specification, int direction);
 
   /// The firing changes at t; before the arc that starts there.
   void firing(double t_s, int from, int to);
+  /// The torque is against the slew from t on.
+  void brake(double t_s);
+  /// Proportional thrusters: what they did beside their on-times.
+  void thrust(double angular_impulse_N_m_s, double effort_N2_m2_s) {
+    angular_impulse_N_m_s_ += angular_impulse_N_m_s;
+    effort_N2_m2_s_ += effort_N2_m2_s;
+  }
   /// Thrusters chatter from t on between `least` and `most`, sliding or at rest.
   void chatter(double t_s, int least, int most, bool is_rest);
   void no_chatter() { metrics_.rest_s.reset(); }
@@ -33,7 +41,7 @@ class AxisMetrics {
   void impulse(const AxisOnTimes& on) { add(on, 1); }
   void slid(double h) { metrics_.sliding_s += h; }
   /// The first time that the rate along the slew is no longer positive after braking has begun, where the
-  /// loop has located it itself; found in arc() otherwise.
+  /// loop has located it itself; of an on-off law found in arc() otherwise.
   void first_rest(double t_s, double angle_rad);
 
   double peak_rate_rad_s() const { return metrics_.peak_rate_rad_s; }
@@ -55,9 +63,10 @@ class AxisMetrics {
     double peak_rate_rad_s;  ///< largest |rate| since the turn before
   };
 
+  AxisMetrics(const AxisSpecification& specification, const OnOffPairParameters& actuator, int direction,
+              bool finds_rest);
   void on_time(double t_s, double h, const AxisOnTimes& on);
   void add(const AxisOnTimes& on, double share_in_part);
-  void brake(double t_s);
   void turn(double t_s, double error_rad);
   template <typename Piece>
   void settle(double t_s, const Piece& piece, const AxisMotion& end, double h);
@@ -65,7 +74,8 @@ class AxisMetrics {
   BySign<T>* tally_of(ThrusterTally<T>& tally);
   std::optional<LimitCycle> limit_cycle() const;
 
-  const OnOffPairParameters actuator_;
+  const OnOffPairParameters actuator_;  ///< of proportional thrusters without a torque
+  const bool finds_rest_;
   const double final_angle_rad_;
   const int direction_;
   const double settling_rad_;
@@ -87,6 +97,8 @@ class AxisMetrics {
   std::optional<double> positive_since_s_, negative_since_s_, fired_until_s_, firing_since_s_;
   double last_coast_s_ = 0;
   double last_firing_s_ = 0;
+  double angular_impulse_N_m_s_ = 0;
+  double effort_N2_m2_s_ = 0;
 };
 
 }  // namespace slew

@@ -1,0 +1,355 @@
+// The linear closed loop of a single-axis slew (Bryson 1994, section 3.2) by power series. A step is one of
+// the system's own length, cut short by a disturbance that begins, the end of the run, or the rest that stops
+// it. The order of a step is server/doc/step.md's; no law decides anything in between.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include "server/propagation/taylor_arc.hpp"
+#include "server/simulation/axis.hpp"
+#include "server/simulation/axis_channels.hpp"
+#include "server/simulation/axis_dynamics.hpp"
+#include "server/simulation/axis_metrics.hpp"
+#include "server/simulation/digest.hpp"
+
+namespace slew {
+namespace {
+
+using Eigen::Index;
+
+// The loop with each sinusoidal disturbance as an oscillator of its own behind it:
+// s = A sin(W t + phi), c = A cos(W t + phi), s' = W c, c' = -W s.
+std::shared_ptr<const LinearSystem> disturbed(const ControlLoop& loop, const Disturbances& disturbances) {
+  const Index n = loop.size(), all = n + 2 * static_cast<Index>(disturbances.sinusoids.size());
+  Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(all, all);
+  matrix.topLeftCorner(n, n) = loop.matrix(loop.compensator().loop_gain);
+  Index s = n;
+  for (const Sinusoid& sinusoid : disturbances.sinusoids) {
+    matrix.col(s).head(n) = loop.torque_input();
+    matrix(s, s + 1) = sinusoid.frequency_rad_s;
+    matrix(s + 1, s) = -sinusoid.frequency_rad_s;
+    s += 2;
+  }
+  Eigen::VectorXd input = Eigen::VectorXd::Zero(all);
+  input.head(n) = loop.torque_input();
+  return std::make_shared<const LinearSystem>(matrix, input);
+}
+
+Eigen::VectorXd start(const ControlLoop& loop, const LinearAxisSpecification& spec) {
+  Eigen::VectorXd state =
+      Eigen::VectorXd::Zero(loop.size() + 2 * static_cast<Index>(spec.disturbances.sinusoids.size()));
+  const double error = spec.maneuver.initial_angle_rad - spec.maneuver.final_angle_rad;
+  state[0] = error;
+  state[1] = spec.maneuver.initial_rate_rad_s;
+  const Eigen::VectorXd inside = initial_state(spec.feedback, spec.estimator, error, spec.estimate);
+  state.segment(loop.size() - inside.size(), inside.size()) = inside;
+  Index s = loop.size();
+  for (const Sinusoid& sinusoid : spec.disturbances.sinusoids) {
+    state[s++] = sinusoid.amplitude_N_m * std::sin(sinusoid.phase_rad);
+    state[s++] = sinusoid.amplitude_N_m * std::cos(sinusoid.phase_rad);
+  }
+  return state;
+}
+
+// The metrics are taken from the error: near a final angle that is not 0 it would be lost in the angle's
+// rounding.
+LinearAxisSpecification with_error_as_angle(LinearAxisSpecification spec) {
+  spec.maneuver.initial_angle_rad -= spec.maneuver.final_angle_rad;
+  spec.maneuver.final_angle_rad = 0;
+  return spec;
+}
+
+Eigen::RowVectorXd torque_row(const ControlLoop& loop, std::size_t size) {
+  Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(static_cast<Index>(size));
+  row.head(loop.size()) = loop.compensator().loop_gain * loop.torque();
+  return row;
+}
+
+class LinearAxisRun final : public Run {
+ public:
+  explicit LinearAxisRun(const LinearAxisSpecification& specification);
+
+  const ChannelTable& channels() const override { return channels_; }
+  const std::vector<std::string>& event_channels() const override {
+    static const std::vector<std::string> none;
+    return none;
+  }
+  RunStatus advance(double until_s, std::int64_t max_steps, SampleSink& sink) override;
+  double t_s() const override { return handed_out_s_; }
+  double duration_s() const override { return spec_->duration_s; }
+  RunReport report() const override;
+  std::unique_ptr<Run> clone() const override { return std::make_unique<LinearAxisRun>(*this); }
+
+ private:
+  // A part of the open step in which neither torque nor rate changes its sign.
+  struct Part {
+    double from, to;
+    bool ends_at_rest;
+    int torque_sign, rate_sign;
+  };
+
+  void open_step(SampleSink& sink);
+  void close_step();
+  Part part_from(double from, double h) const;
+  std::optional<double> first_rest(double h) const;
+  void hand_out(double until_s, bool inclusive, SampleSink& sink);
+  void fill_row(double tau, std::span<double> state, std::span<double> thrusters);
+  void finish(const char* reason, SampleSink& sink);
+  void digest_state();
+
+  const std::shared_ptr<const LinearAxisSpecification> spec_;
+  const ControlLoop loop_;
+  const ChannelTable channels_;
+  const int direction_;
+  const Eigen::RowVectorXd torque_row_;  ///< of the whole state
+
+  double t_s_ = 0;
+  TaylorArc arc_;
+  double constant_N_m_ = 0;  ///< of the disturbances
+  std::size_t next_disturbance_ = 0;
+  // Steps are counted from the last disturbance, so that their times are no long sums.
+  double counted_from_s_ = 0;
+  std::int64_t counted_ = 0;
+
+  // The step that is open, from t_s_ to end_s_: error, rate and torque on it.
+  bool step_is_open_ = false;
+  double end_s_ = 0;
+  bool is_at_rest_ = false;  ///< ends at the rest that stops the run
+  TaylorMotion motion_;
+  TaylorPolynomial torque_;
+  bool is_still_ = false;     ///< the rate is rounding throughout
+  double largest_rad_s_ = 0;  ///< what the rate was made of so far
+
+  double handed_out_s_ = 0;
+  std::int64_t next_row_ = 0;
+  double last_row_s_ = -1;
+  std::vector<double> state_row_, thruster_row_;
+  std::size_t next_output_ = 0;
+  std::vector<double> whole_;  ///< scratch for a state
+
+  AxisMetrics metrics_;
+  Digester digester_;
+  RunReport report_;
+  RunStatus status_ = RunStatus::running;
+};
+
+LinearAxisRun::LinearAxisRun(const LinearAxisSpecification& specification)
+    : spec_(std::make_shared<const LinearAxisSpecification>(specification)),
+      loop_(control_loop(*spec_)),
+      channels_(linear_axis_channels(spec_->plant.modes.size(), spec_->estimator,
+                                     std::holds_alternative<LeadCompensation>(spec_->feedback.law))),
+      direction_(slew_direction(specification.maneuver)),
+      torque_row_(torque_row(
+          loop_, static_cast<std::size_t>(loop_.size()) + 2 * spec_->disturbances.sinusoids.size())),
+      arc_(disturbed(loop_, spec_->disturbances), start(loop_, *spec_)),
+      constant_N_m_(specification.disturbances.constant_N_m),
+      state_row_(channels_.state.size()),
+      thruster_row_(channels_.thrusters.size()),
+      whole_(static_cast<std::size_t>(torque_row_.size())),
+      metrics_(with_error_as_angle(specification), direction_) {
+  report_.propagator.name = "power_series";
+  for (const double t_s : spec_->output_times_s)
+    report_.outputs.push_back(
+        {t_s, std::vector<double>(channels_.state.size()), std::vector<double>(channels_.thrusters.size())});
+  arc_.expand(0);
+  digest_state();
+}
+
+void LinearAxisRun::digest_state() {
+  arc_.state_at(0, whole_);
+  digester_.real(t_s_);
+  for (const double value : whole_) digester_.real(value);
+}
+
+RunStatus LinearAxisRun::advance(double until_s, std::int64_t max_steps, SampleSink& sink) {
+  while (status_ == RunStatus::running) {
+    if (!step_is_open_) open_step(sink);
+    if (status_ != RunStatus::running) break;
+    hand_out(std::min(until_s, end_s_), false, sink);
+    if (end_s_ > until_s) {
+      handed_out_s_ = std::max(handed_out_s_, until_s);
+      return status_;
+    }
+    if (max_steps-- <= 0) {
+      handed_out_s_ = std::max(handed_out_s_, t_s_);
+      return status_;
+    }
+    close_step();
+  }
+  return status_;
+}
+
+void LinearAxisRun::open_step(SampleSink& sink) {
+  if (t_s_ >= spec_->duration_s) return finish("duration", sink);
+  if (is_at_rest_) return finish("first_rest", sink);
+  const auto& steps = spec_->disturbances.steps;
+  for (; next_disturbance_ < steps.size() && steps[next_disturbance_].from_s <= t_s_; ++next_disturbance_) {
+    constant_N_m_ += steps[next_disturbance_].torque_N_m;
+    counted_from_s_ = t_s_;
+    counted_ = 0;
+  }
+  arc_.expand(constant_N_m_);
+  motion_ = {arc_.component(0), arc_.component(1)};
+  torque_ = arc_.combination(torque_row_);
+  ++counted_;
+  end_s_ = std::min(counted_from_s_ + static_cast<double>(counted_) * arc_.step_s(), spec_->duration_s);
+  if (next_disturbance_ < steps.size()) end_s_ = std::min(end_s_, steps[next_disturbance_].from_s);
+  const double h = end_s_ - t_s_;
+  // Nothing can be said of a step on which something overflows, the effort's square being the first to.
+  const double size = motion_.angle.slope_bound(h) + motion_.rate.curvature_bound(h) +
+                      std::abs(torque_.value(0)) + torque_.slope_bound(h) + torque_.curvature_bound(h);
+  if (!std::isfinite(size * size * spec_->duration_s)) {
+    report_.failure = RunFailure{"diverged", "the state has grown beyond what can be calculated with"};
+    status_ = RunStatus::failed;
+    return;
+  }
+  largest_rad_s_ = std::max(
+      largest_rad_s_, std::abs(motion_.rate.value(0)) + std::abs(motion_.angle.value(0)) / arc_.step_s());
+  constexpr double kRounding = 64 * std::numeric_limits<double>::epsilon();
+  is_still_ = std::abs(motion_.rate.value(0)) + h * motion_.rate.slope_bound(h) <= kRounding * largest_rad_s_;
+  if (spec_->stop == StopCondition::first_rest)
+    if (const auto tau = first_rest(h)) {
+      end_s_ = t_s_ + *tau;
+      is_at_rest_ = true;
+    }
+  step_is_open_ = true;
+}
+
+LinearAxisRun::Part LinearAxisRun::part_from(double from, double h) const {
+  Part part{from, h, false, 0, 0};
+  if (const auto tau = next_sign_change(torque_, from, h)) part.to = *tau;
+  if (!is_still_)
+    if (const auto tau = next_rest(motion_, from, h); tau && *tau <= part.to) {
+      part.to = *tau;
+      part.ends_at_rest = true;
+    }
+  const double middle = 0.5 * (part.from + part.to);
+  const auto sign = [](double value) { return value > 0 ? 1 : value < 0 ? -1 : 0; };
+  part.torque_sign = sign(torque_.value(middle));
+  part.rate_sign = is_still_ ? 0 : sign(motion_.rate_at(middle));
+  return part;
+}
+
+// The first time after the torque has turned against the slew at which the rate along it changes its sign.
+std::optional<double> LinearAxisRun::first_rest(double h) const {
+  bool brakes = metrics_.braking_has_begun();
+  for (double from = 0; from < h;) {
+    const Part part = part_from(from, h);
+    brakes = brakes || part.torque_sign == -direction_;
+    if (brakes && part.ends_at_rest && part.rate_sign == direction_) return part.to;
+    from = part.to;
+  }
+  return std::nullopt;
+}
+
+void LinearAxisRun::close_step() {
+  const double h = end_s_ - t_s_;
+  for (double from = 0; from < h;) {
+    const Part part = part_from(from, h);
+    const double length = part.to - part.from;
+    if (part.torque_sign == -direction_) metrics_.brake(t_s_ + part.from);
+    metrics_.thrust(std::abs(torque_.integral(part.from, part.to)),
+                    torque_.integral_of_square(part.from, part.to));
+    TaylorPiece piece(motion_, part.from, length, part.ends_at_rest);
+    if (is_still_) piece.stand_still();
+    metrics_.arc(t_s_ + part.from, piece, {}, length);
+    if (part.ends_at_rest && part.rate_sign == direction_ && metrics_.braking_has_begun())
+      metrics_.first_rest(t_s_ + part.to, motion_.angle_at(part.to));
+    from = part.to;
+  }
+  arc_.move(h);
+  t_s_ = end_s_;
+  ++report_.propagator.steps;
+  digest_state();
+  step_is_open_ = false;
+}
+
+void LinearAxisRun::fill_row(double tau, std::span<double> state, std::span<double> thrusters) {
+  arc_.state_at(tau, whole_);
+  const std::size_t n = spec_->plant.modes.size();
+  const std::span<const double> moving = std::span(whole_).first(2 + 2 * n);
+  const std::span<const double> inside =
+      std::span(whole_).subspan(moving.size(), static_cast<std::size_t>(loop_.compensator().size()));
+  const double final_rad = spec_->maneuver.final_angle_rad;
+  std::size_t at = 0;
+  state[at++] = final_rad + whole_[0];
+  state[at++] = whole_[1];
+  state[at++] = whole_[0];
+  if (n > 0) {
+    state[at++] = momentum_N_m_s(spec_->plant, moving);
+    for (const double elastic : moving.subspan(2)) state[at++] = elastic;
+  }
+  if (std::holds_alternative<LeadCompensation>(spec_->feedback.law)) state[at++] = inside[0];
+  if (const auto rate = estimated_rate_rad_s(spec_->estimator, inside, whole_[0])) state[at++] = *rate;
+  if (const auto error = estimated_error_rad(spec_->estimator, inside)) state[at++] = final_rad + *error;
+  double torque = 0;
+  for (std::size_t i = 0; i < whole_.size(); ++i) torque += torque_row_[static_cast<Index>(i)] * whole_[i];
+  thrusters[0] = torque;
+}
+
+// A sample at the end of a step belongs to the next one.
+void LinearAxisRun::hand_out(double until_s, bool inclusive, SampleSink& sink) {
+  const auto is_in_reach = [&](double t_s) {
+    return t_s <= until_s && (t_s < end_s_ || (inclusive && t_s <= end_s_));
+  };
+  for (double t_s = static_cast<double>(next_row_) * spec_->telemetry_period_s; is_in_reach(t_s);
+       t_s = static_cast<double>(++next_row_) * spec_->telemetry_period_s) {
+    fill_row(t_s - t_s_, state_row_, thruster_row_);
+    sink.sample(t_s, state_row_, thruster_row_);
+    last_row_s_ = t_s;
+  }
+  for (; next_output_ < report_.outputs.size() && is_in_reach(report_.outputs[next_output_].t_s);
+       ++next_output_) {
+    OutputRow& output = report_.outputs[next_output_];
+    fill_row(output.t_s - t_s_, output.state, output.thrusters);
+  }
+}
+
+void LinearAxisRun::finish(const char* reason, SampleSink& sink) {
+  arc_.expand(constant_N_m_);
+  end_s_ = t_s_;
+  hand_out(t_s_, true, sink);
+  if (last_row_s_ < t_s_) {
+    fill_row(0, state_row_, thruster_row_);
+    sink.sample(t_s_, state_row_, thruster_row_);
+  }
+  if (next_output_ < report_.outputs.size()) {
+    report_.warnings.push_back(std::to_string(report_.outputs.size() - next_output_) +
+                               " of the times in outputs.at_s lie after the end of the run and are left out");
+    report_.outputs.resize(next_output_);
+  }
+  digest_state();
+  handed_out_s_ = t_s_;
+  report_.stop_reason = reason;
+  status_ = RunStatus::finished;
+}
+
+RunReport LinearAxisRun::report() const {
+  RunReport report = report_;
+  std::vector<double> state(channels_.state.size()), thrusters(channels_.thrusters.size());
+  // A copy, since a row needs room to be made in.
+  LinearAxisRun(*this).fill_row(0, state, thrusters);
+  report.metrics = metrics_.finish(t_s_, state[2], state[1]);
+  report.metrics.final_state = std::move(state);
+  report.digest = digester_.digest();
+  return report;
+}
+
+}  // namespace
+
+ControlLoop control_loop(const LinearAxisSpecification& specification) {
+  return {specification.plant, specification.feedback, specification.estimator};
+}
+
+double propagator_steps(const LinearAxisSpecification& specification) {
+  return std::ceil(specification.duration_s /
+                   disturbed(control_loop(specification), specification.disturbances)->step_s());
+}
+
+std::unique_ptr<Run> make_linear_axis_run(const LinearAxisSpecification& specification) {
+  return std::make_unique<LinearAxisRun>(specification);
+}
+
+}  // namespace slew
