@@ -62,7 +62,8 @@ Disturbances specify_disturbances(const json& disturbances, double thrust_N_m) {
   return spec;
 }
 
-// What does not depend on the law.
+}  // namespace
+
 void specify_axis(const json& request, double thrust_N_m, AxisSpecification& spec) {
   const json& maneuver = request.at("maneuver");
   spec.plant = specify_plant(request.at("plant"));
@@ -84,6 +85,8 @@ void specify_axis(const json& request, double thrust_N_m, AxisSpecification& spe
   spec.output_times_s = request.at("outputs").at("at_s").get<std::vector<double>>();
   std::sort(spec.output_times_s.begin(), spec.output_times_s.end());
 }
+
+namespace {
 
 SwitchingFunctionParameters specify_band(const json& controller) {
   SwitchingFunctionParameters law;
@@ -181,10 +184,14 @@ std::vector<std::string> warnings_about(const OnOffAxisSpecification& spec) {
         "the disturbance is not smaller than the thrusters' torque: they cannot hold against it");
   if (spec.disturbances.friction_N_m >= spec.actuator.torque_N_m)
     warnings.push_back("friction is not smaller than the thrusters' torque: they cannot start the motion");
-  for (std::size_t i = 0; i < spec.plant.modes.size(); ++i)
-    if (spec.plant.modes[i].damping < 0)
-      warnings.push_back("mode " + std::to_string(i + 1) + " has negative damping: it grows by itself");
+  warn_of_growing_modes(spec.plant, warnings);
   return warnings;
+}
+
+void warn_of_growing_modes(const SingleAxisPlant& plant, std::vector<std::string>& warnings) {
+  for (std::size_t i = 0; i < plant.modes.size(); ++i)
+    if (plant.modes[i].damping < 0)
+      warnings.push_back("mode " + std::to_string(i + 1) + " has negative damping: it grows by itself");
 }
 
 }  // namespace slew

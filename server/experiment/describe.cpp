@@ -1,7 +1,9 @@
 // What a requested single-axis system is, from closed forms: no flight.
 #include <cmath>
 #include <numbers>
+#include <stdexcept>
 
+#include "server/experiment/description.hpp"
 #include "server/experiment/experiment.hpp"
 #include "server/propagation/modal_basis.hpp"
 
@@ -60,27 +62,37 @@ json predictions(const OnOffAxisSpecification& spec) {
   return document;
 }
 
+// Modes without one, two that are alike and critically damped, are flown by power series only.
+std::optional<ModalBasis> basis_of(const SingleAxisPlant& plant) try {
+  return ModalBasis(plant);
+} catch (const std::domain_error&) {
+  return std::nullopt;
+}
+
+}  // namespace
+
 // Frequencies clamped as they were given; free, as an observer of the attitude sees them.
-json plant(const OnOffAxisSpecification& spec) {
-  json document = {{"type", spec.plant.modes.empty() ? "rigid_axis" : "flexible_axis"},
-                   {"inertia_kg_m2", spec.plant.inertia_kg_m2},
-                   {"acceleration_deg_s2", spec.actuator.torque_N_m / spec.plant.inertia_kg_m2 * kDegPerRad}};
+json plant_document(const SingleAxisPlant& plant) {
+  json document = {{"type", plant.modes.empty() ? "rigid_axis" : "flexible_axis"},
+                   {"inertia_kg_m2", plant.inertia_kg_m2}};
   // Two at the origin: momentum is conserved.
   json poles = {{0.0, 0.0}, {0.0, 0.0}};
-  if (!spec.plant.modes.empty()) {
-    const ModalBasis basis(spec.plant);
-    json clamped = json::array(), free = json::array(), damped = json::array(), ratios = json::array();
-    for (const ElasticMode& mode : spec.plant.modes)
+  if (!plant.modes.empty()) {
+    json clamped = json::array();
+    for (const ElasticMode& mode : plant.modes)
       clamped.push_back(mode.frequency_rad_s / (2 * std::numbers::pi));
-    for (const double w : basis.free_frequencies_rad_s()) free.push_back(w / (2 * std::numbers::pi));
-    for (const auto& lambda : basis.lambda()) {
+    document["residual_inertia_kg_m2"] = residual_inertia_kg_m2(plant);
+    document["clamped_frequencies_hz"] = std::move(clamped);
+    const auto basis = basis_of(plant);
+    if (!basis) return document;
+    json free = json::array(), damped = json::array(), ratios = json::array();
+    for (const double w : basis->free_frequencies_rad_s()) free.push_back(w / (2 * std::numbers::pi));
+    for (const auto& lambda : basis->lambda()) {
       damped.push_back(lambda.imag() / (2 * std::numbers::pi));
       ratios.push_back(-lambda.real() / std::abs(lambda));
       poles.push_back({lambda.real(), lambda.imag()});
       if (lambda.imag() != 0) poles.push_back({lambda.real(), -lambda.imag()});
     }
-    document["residual_inertia_kg_m2"] = residual_inertia_kg_m2(spec.plant);
-    document["clamped_frequencies_hz"] = std::move(clamped);
     document["free_frequencies_hz"] = std::move(free);
     document["free_damped_frequencies_hz"] = std::move(damped);
     document["free_damping_ratios"] = std::move(ratios);
@@ -88,6 +100,8 @@ json plant(const OnOffAxisSpecification& spec) {
   document["poles_rad_s"] = std::move(poles);
   return document;
 }
+
+namespace {
 
 // What the run asks of the machine.
 json size(const OnOffAxisSpecification& spec) {
@@ -202,16 +216,30 @@ json all_predictions(const OnOffAxisSpecification& spec, const SwitchingFunction
 
 }  // namespace
 
-json describe(const Prepared& prepared) {
-  const OnOffAxisSpecification& spec = prepared.system;
+json system_document(const OnOffAxisSpecification& spec) {
   const SwitchingFunction law(spec.law, spec.maneuver.final_angle_rad, slew_direction(spec.maneuver));
-  return {{"plant", plant(spec)},
+  json plant = plant_document(spec.plant);
+  plant["acceleration_deg_s2"] = spec.actuator.torque_N_m / spec.plant.inertia_kg_m2 * kDegPerRad;
+  return {{"plant", std::move(plant)},
           {"law", law_document(spec, law)},
           {"regularisation", regularisation(spec)},
           {"predictions", all_predictions(spec, law)},
-          {"size", size(spec)},
-          {"warnings", prepared.warnings},
-          {"request", json::parse(prepared.resolved)}};
+          {"size", size(spec)}};
+}
+
+json design_document(const OnOffAxisSpecification&) {
+  return {{"type", "on_off"}};
+}
+
+json describe(const Prepared& prepared) {
+  json document = std::visit([](const auto& spec) { return system_document(spec); }, prepared.system);
+  document["warnings"] = prepared.warnings;
+  document["request"] = json::parse(prepared.resolved);
+  return document;
+}
+
+json design_curves(const Prepared& prepared) {
+  return std::visit([](const auto& spec) { return design_document(spec); }, prepared.system);
 }
 
 }  // namespace slew

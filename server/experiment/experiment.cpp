@@ -5,6 +5,7 @@
 
 #include "server/experiment/axis_request.hpp"
 #include "server/experiment/limits.hpp"
+#include "server/experiment/linear_axis_request.hpp"
 #include "server/experiment/physics.hpp"
 #include "server/experiment/preset.hpp"
 #include "server/experiment/schema.hpp"
@@ -114,6 +115,24 @@ TimingSpecification specify_timing(const json& timing) {
   return spec;
 }
 
+System specify(const json& resolved) {
+  if (is_linear_law(resolved.at("controller"))) return specify_linear_axis(resolved);
+  return specify_on_off_axis(resolved);
+}
+
+std::unique_ptr<Run> run_of(const OnOffAxisSpecification& spec) {
+  return make_on_off_axis_run(spec);
+}
+std::unique_ptr<Run> run_of(const LinearAxisSpecification& spec) {
+  return make_linear_axis_run(spec);
+}
+std::unique_ptr<Run> verification_of(const OnOffAxisSpecification& spec) {
+  return make_on_off_axis_verification(spec);
+}
+std::unique_ptr<Run> verification_of(const LinearAxisSpecification& spec) {
+  return make_linear_axis_verification(spec);
+}
+
 }  // namespace
 
 std::string timing_mode_name(TimingMode mode) {
@@ -143,12 +162,13 @@ std::variant<Prepared, Rejection> prepare(std::string_view request_text) {
     return invalid(std::move(violations));
   }
   Prepared prepared;
-  prepared.system = specify_on_off_axis(resolved);
-  if (auto violation = why_it_cannot_be_built(prepared.system)) return invalid({std::move(*violation)});
+  prepared.system = specify(resolved);
+  const auto why_not = [](const auto& spec) { return why_it_cannot_be_built(spec); };
+  if (auto violation = std::visit(why_not, prepared.system)) return invalid({std::move(*violation)});
   prepared.preset = resolved.value("preset", "");
   prepared.label = resolved.at("label");
-  prepared.warnings = warnings_about(prepared.system);
-  prepared.duration_s = prepared.system.duration_s;
+  prepared.warnings = std::visit([](const auto& spec) { return warnings_about(spec); }, prepared.system);
+  prepared.duration_s = std::visit([](const auto& spec) { return spec.duration_s; }, prepared.system);
   prepared.seed = resolved.at("simulation").at("seed");
   prepared.verify = resolved.at("simulation").at("verify");
   prepared.ballast_operations_per_step = resolved.at("simulation").at("ballast_operations_per_step");
@@ -161,14 +181,14 @@ std::variant<Prepared, Rejection> prepare(std::string_view request_text) {
 }
 
 std::unique_ptr<Run> make_run(const Prepared& prepared) {
-  auto run = make_on_off_axis_run(prepared.system);
+  auto run = std::visit([](const auto& spec) { return run_of(spec); }, prepared.system);
   return prepared.ballast_operations_per_step == 0
              ? std::move(run)
              : with_ballast(std::move(run), prepared.ballast_operations_per_step);
 }
 
 std::unique_ptr<Run> make_verification(const Prepared& prepared) {
-  return make_on_off_axis_verification(prepared.system);
+  return std::visit([](const auto& spec) { return verification_of(spec); }, prepared.system);
 }
 
 }  // namespace slew

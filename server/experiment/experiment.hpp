@@ -35,6 +35,9 @@ struct TelemetrySpecification {
   bool lossless = false;       ///< every sample, as fast as its readers acknowledge
 };
 
+/// What a request asks to be flown.
+using System = std::variant<OnOffAxisSpecification, LinearAxisSpecification>;
+
 /// A request that may be flown. Immutable; any number of runs can be made from it.
 struct Prepared {
   std::string resolved;  ///< the complete request as JSON text: preset, overrides and defaults in one
@@ -47,7 +50,7 @@ struct Prepared {
   TelemetrySpecification telemetry;
   bool verify = false;
   std::uint64_t ballast_operations_per_step = 0;
-  OnOffAxisSpecification system;
+  System system;
 };
 
 /// A request that may not: a code for programs, a sentence for people, and every reason.
@@ -66,6 +69,9 @@ std::unique_ptr<Run> make_verification(const Prepared& prepared);
 
 /// What the requested system is, without flying it: parameters, regime, closed-form predictions.
 nlohmann::json describe(const Prepared& prepared);
+
+/// What pictures of the design are drawn from: its `type`, and for linear laws root locus and Bode's curves.
+nlohmann::json design_curves(const Prepared& prepared);
 
 /// What the service knows of a result besides the run's own report.
 struct ResultHeading {

@@ -1,61 +1,19 @@
 #include "server/experiment/physics.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 
 #include "server/actuator/switching_delay.hpp"
 #include "server/experiment/limits.hpp"
+#include "server/experiment/linear_axis_request.hpp"
+#include "server/experiment/sound_fields.hpp"
 #include "server/experiment/wall_time.hpp"
 
 namespace slew {
 namespace {
 
 using nlohmann::json;
-
-std::string number(double value) {
-  const bool is_whole = value == std::floor(value) && std::abs(value) < 1e15;
-  return is_whole ? std::to_string(static_cast<long long>(value)) : json(value).dump();
-}
-
-// The fields of a request that may be relied upon.
-class SoundFields {
- public:
-  SoundFields(const json& request, const std::vector<Violation>& violations)
-      : request_(request), violations_(violations) {}
-
-  const json* at(const std::string& pointer) const {
-    const bool is_unsound =
-        std::any_of(violations_.begin(), violations_.end(), [&](const Violation& violation) {
-          return pointer.starts_with(violation.pointer) &&
-                 (pointer.size() == violation.pointer.size() || pointer[violation.pointer.size()] == '/');
-        });
-    const json::json_pointer place(pointer);
-    return !is_unsound && request_.contains(place) ? &request_.at(place) : nullptr;
-  }
-  std::optional<double> number(const std::string& pointer) const {
-    const json* value = at(pointer);
-    return value && value->is_number() ? std::optional(value->get<double>()) : std::nullopt;
-  }
-  bool says(const std::string& pointer, const char* text) const {
-    const json* value = at(pointer);
-    return value && *value == text;
-  }
-  /// Left out, and not wrong either.
-  bool lacks(const std::string& block, const std::string& field) const {
-    const json* value = at(block);
-    return value && value->is_object() && !value->contains(field);
-  }
-  bool has(const std::string& pointer) const { return at(pointer) != nullptr; }
-
- private:
-  const json& request_;
-  const std::vector<Violation>& violations_;
-};
-
-using Violate = std::function<void(std::string, std::string, std::string, std::string)>;
 
 // A law without regularisation is refused, and so is one with two that contradict each other.
 void check_regularisation(const SoundFields& fields, const Violate& violate) {
@@ -173,7 +131,9 @@ std::vector<Violation> physics_violations(const json& request,
   check_end_box(fields, violate);
   check_schmitt_trigger(fields, violate);
   check_firing_program(fields, violate);
-  if (fields.says("/stop/when", "end_box") && fields.lacks("/controller", "end_box"))
+  check_linear_law(fields, violate);
+  if (fields.says("/stop/when", "end_box") && fields.lacks("/controller", "end_box") &&
+      !has_linear_law(fields))
     violate("/stop/when", "the run cannot stop at the end box of a controller that has none", "\"end_box\"",
             "controller.end_box given, or another stop");
   if (fields.has("/actuator/specific_impulse_s") && fields.lacks("/actuator", "lever_arm_m"))

@@ -201,7 +201,7 @@ class FlexibleDynamics {
   std::optional<double> rest(const Arc& arc, double h) const { return next_rest(arc, 0, h); }
   std::optional<double> turn(const Arc& arc, int sense, double rounding_rad_s, double h) const {
     const double rounding = rounding_rad_s > 0 ? rounding_rad_s + arc.rate_rounding_rad_s() : 0;
-    return first_crossing(RateScan{arc, -sense * rounding}, -sense, 0, h, 1e-13 * h);
+    return first_crossing(RateScan<Arc>{arc, -sense * rounding}, -sense, 0, h, 1e-13 * h);
   }
   /// Parts at whose ends the rate changes its sign.
   template <typename Function>

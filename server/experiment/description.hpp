@@ -1,0 +1,21 @@
+// Parts of a description, one for each kind of system.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "server/simulation/axis.hpp"
+
+namespace slew {
+
+/// Inertia, frequencies clamped and free, poles.
+nlohmann::json plant_document(const SingleAxisPlant& plant);
+
+/// All but warnings and request.
+nlohmann::json system_document(const LinearAxisSpecification& specification);
+nlohmann::json system_document(const OnOffAxisSpecification& specification);
+
+/// What a picture of the design is drawn from. `type` tells what there is.
+nlohmann::json design_document(const LinearAxisSpecification& specification);
+nlohmann::json design_document(const OnOffAxisSpecification& specification);
+
+}  // namespace slew
