@@ -161,9 +161,12 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
   add_request(commands.add(Command::validate, "validate", "is this a request? no server needed",
                            "slewctl validate request.json"),
               options);
-  add_request(commands.add(Command::describe, "describe", "what is this system? no server needed",
-                           "slewctl describe --preset agrawal-bang-1995/rigid-single-sided"),
-              options);
+  auto* describe = commands.add(Command::describe, "describe", "what is this system? no server needed",
+                                "slewctl describe --preset agrawal-bang-1995/rigid-single-sided");
+  add_request(describe, options);
+  describe->add_option(
+      "--plot", options.output,
+      "draw its design: FILE.png, FILE.svg, or - for the terminal; with --json its curves too");
   commands.add(Command::server, "server", "who serves this domain", "slewctl server");
   commands.add(Command::doctor, "doctor", "why do I see nothing? one check after the other",
                "slewctl doctor --domain 7");

@@ -4,6 +4,8 @@
 
 #include "client/slewctl/commands.hpp"
 #include "client/slewctl/connection.hpp"
+#include "client/slewctl/design_picture.hpp"
+#include "client/slewctl/gnuplot.hpp"
 #include "client/slewctl/terminal.hpp"
 #include "server/experiment/experiment.hpp"
 #include "server/experiment/preset.hpp"
@@ -100,14 +102,21 @@ int validate(const Options& options) {
 }
 
 int describe(const Options& options) {
-  const json description = slew::describe(prepared_or_stop(options));
+  if (!options.output.empty()) check_picture_name(options.output);
+  const Prepared prepared = prepared_or_stop(options);
+  json description = slew::describe(prepared);
+  if (!options.output.empty()) {
+    description["design"] = design_curves(prepared);
+    draw_design(description, prepared.preset.empty() ? prepared.label : prepared.preset, options.output);
+    if (options.output != "-") std::cerr << "drawn: " << options.output << "\n";
+  }
   if (options.json) {
     print_json(description);
     return kDone;
   }
   std::vector<std::vector<std::string>> rows{{std::string("what"), std::string("value")}};
   for (const auto& [key, value] : description.items())
-    if (key != "request" && key != "warnings") add_rows(rows, key, value);
+    if (key != "request" && key != "warnings" && key != "design") add_rows(rows, key, value);
   std::cout << table(rows);
   for (const json& warning : description.at("warnings"))
     std::cout << "warning: " << warning.get<std::string>() << "\n";

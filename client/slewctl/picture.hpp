@@ -12,7 +12,4 @@ namespace slew::ctl {
 void draw_run(const nlohmann::json& result, const nlohmann::json& series, const std::string& title,
               const std::string& file);
 
-/// Throws Stop unless the file's name ends in something that can be drawn.
-void check_picture_name(const std::string& file);
-
 }  // namespace slew::ctl

@@ -5,6 +5,7 @@
 
 #include "client/slewctl/commands.hpp"
 #include "client/slewctl/connection.hpp"
+#include "client/slewctl/gnuplot.hpp"
 #include "client/slewctl/picture.hpp"
 #include "client/slewctl/report.hpp"
 #include "client/slewctl/terminal.hpp"

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "tests/unit/flexible_cases.hpp"
+#include "tests/unit/linear_cases.hpp"
 
 namespace {
 std::atomic<bool> counting{false};
@@ -36,16 +36,19 @@ class Discard final : public SampleSink {
   long samples = 0;
 };
 
-long allocations_of(const OnOffAxisSpecification& spec) {
-  const auto run = make_on_off_axis_run(spec);
+long allocations_of(Run& run) {
   Discard discard;
-  run->advance(0.1, 1 << 30, discard);
+  run.advance(0.1, 1 << 30, discard);
   allocations = 0;
   counting = true;
-  run->advance(1.9, 1 << 30, discard);
+  run.advance(1.9, 1 << 30, discard);
   counting = false;
   EXPECT_GT(discard.samples, 100);
   return allocations;
+}
+
+long allocations_of(const OnOffAxisSpecification& spec) {
+  return allocations_of(*make_on_off_axis_run(spec));
 }
 
 TEST(NoAllocation, InAStepOfTheSampledLaw) {
@@ -92,6 +95,17 @@ TEST(NoAllocation, InAStepUnderFrictionDelayAndHysteresis) {
   spec.duration_s = 3;
   spec.telemetry_period_s = 0.01;
   EXPECT_EQ(allocations_of(spec), 0);
+}
+
+TEST(NoAllocation, InAStepOfALinearLoop) {
+  auto spec = test::problem_3_2_2();
+  spec.plant = test::table_1_plant();
+  spec.estimator = SecondOrderAngleEstimator{2, 2, 13};
+  spec.disturbances.sinusoids = {{0.1, 3, 0}};
+  spec.disturbances.steps = {{1.5, 0.2}};
+  spec.stop = StopCondition::first_rest;
+  spec.telemetry_period_s = 0.01;
+  EXPECT_EQ(allocations_of(*make_linear_axis_run(spec)), 0);
 }
 
 }  // namespace

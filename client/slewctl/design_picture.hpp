@@ -1,0 +1,13 @@
+// Pictures of a design that nobody has flown yet.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+namespace slew::ctl {
+
+/// Draws what `description.design` holds: root locus and Bode's curves of a linear law. `file` ends in .png
+/// or .svg; "-" draws in the terminal. Throws Stop with a sentence, also where there is nothing to draw.
+void draw_design(const nlohmann::json& description, const std::string& title, const std::string& file);
+
+}  // namespace slew::ctl
