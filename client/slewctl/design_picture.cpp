@@ -8,6 +8,7 @@
 
 #include "client/slewctl/connection.hpp"
 #include "client/slewctl/gnuplot.hpp"
+#include "client/slewctl/phase_plane_picture.hpp"
 
 namespace slew::ctl {
 namespace {
@@ -206,10 +207,9 @@ std::string linear_script(const json& description, const std::string& title, con
 
 void draw_design(const json& description, const std::string& title, const std::string& file) {
   check_picture_name(file);
-  if (description.at("design").at("type") != "linear")
-    throw Stop{kRunFailed,
-               "there is nothing to draw of this design: root locus and Bode's curves are of linear laws"};
-  run_gnuplot(linear_script(description, title, file), file);
+  const bool is_linear = description.at("design").at("type") == "linear";
+  run_gnuplot(is_linear ? linear_script(description, title, file) : phase_plane_script(description, title, file),
+              file);
 }
 
 }  // namespace slew::ctl

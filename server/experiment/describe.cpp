@@ -5,6 +5,7 @@
 
 #include "server/experiment/description.hpp"
 #include "server/experiment/experiment.hpp"
+#include "server/experiment/phase_plane.hpp"
 #include "server/propagation/modal_basis.hpp"
 
 namespace slew {
@@ -227,8 +228,8 @@ json system_document(const OnOffAxisSpecification& spec) {
           {"size", size(spec)}};
 }
 
-json design_document(const OnOffAxisSpecification&) {
-  return {{"type", "on_off"}};
+json design_document(const OnOffAxisSpecification& spec) {
+  return phase_plane(spec);
 }
 
 json describe(const Prepared& prepared) {

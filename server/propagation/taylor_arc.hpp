@@ -47,6 +47,7 @@ struct TaylorMotion {
   double rate_at(double tau) const { return rate.value(tau); }
   double acceleration_bound(double, double b) const { return rate.slope_bound(b); }
   double jerk_bound(double, double b) const { return rate.curvature_bound(b); }
+  double loose_jerk_bound(double a, double b) const { return jerk_bound(a, b); }
 };
 
 /// x' = A x + b u, in units in which A is balanced. Immutable once made.

@@ -223,7 +223,7 @@ TEST(LinearDescription, CurvesForPictures) {
   EXPECT_EQ(locus.at("zeros_rad_s").size(), 1u);
   EXPECT_EQ(design.at("bode").at("phase_deg").size(), design.at("bode").at("frequency_rad_s").size());
   EXPECT_EQ(design_curves(prepared({{"preset", "agrawal-bang-1995/rigid-single-sided"}})).at("type"),
-            "on_off");
+            "phase_plane");
 }
 
 }  // namespace
