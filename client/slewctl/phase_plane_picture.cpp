@@ -67,7 +67,7 @@ std::string phase_plane_script(const json& description, const std::string& title
     add("begin", place(path.front()), "with points pt 6 ps 1.6 lw 2 lc rgb 'black' title 'start'");
     add("end", place(path.back()), "with points pt 7 ps 1.2 lc rgb 'black' title 'end'");
   }
-  std::string text = terminal_for(file, 1000, 800) + "set encoding utf8\nset grid\nset key outside right\n";
+  std::string text = terminal_for(file, 1000, 800) + "set encoding utf8\nset grid\nset key below\n";
   text += "set title " + quoted(title + (design.at("path_is_whole") ? "" : " (the beginning)")) + "\n";
   text +=
       "set xlabel 'theta - theta_f, deg'\nset ylabel 'theta-dot, deg/s'\nset zeroaxis lt 1 lc rgb "
