@@ -208,8 +208,9 @@ std::string linear_script(const json& description, const std::string& title, con
 void draw_design(const json& description, const std::string& title, const std::string& file) {
   check_picture_name(file);
   const bool is_linear = description.at("design").at("type") == "linear";
-  run_gnuplot(is_linear ? linear_script(description, title, file) : phase_plane_script(description, title, file),
-              file);
+  run_gnuplot(
+      is_linear ? linear_script(description, title, file) : phase_plane_script(description, title, file),
+      file);
 }
 
 }  // namespace slew::ctl

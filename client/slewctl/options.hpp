@@ -40,7 +40,7 @@ struct Options {
   std::string client_id = "slewctl";
   bool json = false;
   bool quiet = false;
-  double connect_s = 3;  ///< how long to look for a server
+  double connect_s = 6;  ///< how long to look for a server: a lost announcement is repeated after 4 s
   // requests
   std::string file;
   std::string preset;

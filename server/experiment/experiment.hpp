@@ -70,8 +70,8 @@ std::unique_ptr<Run> make_verification(const Prepared& prepared);
 /// What the requested system is, without flying it: parameters, regime, closed-form predictions.
 nlohmann::json describe(const Prepared& prepared);
 
-/// What pictures of the design are drawn from: its `type`; for linear laws root locus and Bode's curves, for on-off
-/// ones the phase plane.
+/// What pictures of the design are drawn from: its `type`; for linear laws root locus and Bode's curves, for
+/// on-off ones the phase plane.
 nlohmann::json design_curves(const Prepared& prepared);
 
 /// What the service knows of a result besides the run's own report.

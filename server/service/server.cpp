@@ -207,8 +207,9 @@ void Server::committed(const FlightPointer& flight) {
   spdlog::info("[{}] {} at t = {} s", entry.experiment_id.hex(), saying.sentence, flight->t_sim_s());
   flight->enter(phase);
   flight->shed();
-  registry_.ended(flight);
+  // Told first, forgotten later: what the registry knows to have ended may be forgotten at any time.
   publisher_->ended(flight);
+  registry_.ended(flight);
   replies_.write(entry.request_id, entry.experiment_id, phase, saying);
   as_fast_->recheck();
 }

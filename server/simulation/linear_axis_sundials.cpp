@@ -1,42 +1,18 @@
 // The second opinion on a linear loop: ARKODE's explicit Runge-Kutta. Shares the plant's right-hand side with
 // the first one and nothing else: laws and estimators are written again here, as Bryson 1994, section 3.2
 // prints them.
-#include <cstdio>  // the next header wants FILE
-
-#include <arkode/arkode_butcher_erk.h>
-#include <arkode/arkode_erkstep.h>
-#include <nvector/nvector_serial.h>
-#include <sundials/sundials_context.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
 
+#include "server/propagation/erk_solver.hpp"
 #include "server/simulation/axis.hpp"
 #include "server/simulation/axis_channels.hpp"
 #include "server/simulation/digest.hpp"
 
 namespace slew {
 namespace {
-
-void check(int flag, const char* what) {
-  if (flag < 0) throw std::runtime_error(std::string("SUNDIALS: ") + what + " gave " + std::to_string(flag));
-}
-
-struct Solver {
-  SUNContext context = nullptr;
-  N_Vector state = nullptr;
-  void* memory = nullptr;
-  Solver() { check(SUNContext_Create(nullptr, &context), "SUNContext_Create"); }
-  Solver(const Solver&) = delete;
-  Solver& operator=(const Solver&) = delete;
-  ~Solver() {
-    if (memory) ERKStepFree(&memory);
-    if (state) N_VDestroy(state);
-    SUNContext_Free(&context);
-  }
-};
 
 class SundialsLinearRun final : public Run {
  public:
@@ -68,7 +44,7 @@ class SundialsLinearRun final : public Run {
   const LinearAxisSpecification spec_;
   const ChannelTable channels_;
   const int direction_;
-  Solver solver_;
+  ErkSolver solver_;
   double t_s_ = 0;
   double held_N_m_ = 0;  ///< of the disturbances, what is constant now
   bool is_fresh_ = true;
@@ -104,13 +80,13 @@ SundialsLinearRun::SundialsLinearRun(const LinearAxisSpecification& specificatio
 
   solver_.memory = ERKStepCreate(&right_hand_side, 0.0, solver_.state, solver_.context);
   if (!solver_.memory) throw std::bad_alloc();
-  check(ERKStepSetUserData(solver_.memory, this), "ERKStepSetUserData");
-  check(ERKStepSetTableNum(solver_.memory, ARKODE_DORMAND_PRINCE_7_4_5), "ERKStepSetTableNum");
+  check_sundials(ERKStepSetUserData(solver_.memory, this), "ERKStepSetUserData");
+  check_sundials(ERKStepSetTableNum(solver_.memory, ARKODE_DORMAND_PRINCE_7_4_5), "ERKStepSetTableNum");
   const double tolerance = spec_.verification_tolerance;
-  check(ERKStepSStolerances(solver_.memory, tolerance, tolerance * 1e-3), "ERKStepSStolerances");
-  check(ERKStepRootInit(solver_.memory, 2, &root_functions), "ERKStepRootInit");
-  check(ERKStepSetNoInactiveRootWarn(solver_.memory), "ERKStepSetNoInactiveRootWarn");
-  check(ERKStepSetMaxNumSteps(solver_.memory, 10000000), "ERKStepSetMaxNumSteps");
+  check_sundials(ERKStepSStolerances(solver_.memory, tolerance, tolerance * 1e-3), "ERKStepSStolerances");
+  check_sundials(ERKStepRootInit(solver_.memory, 2, &root_functions), "ERKStepRootInit");
+  check_sundials(ERKStepSetNoInactiveRootWarn(solver_.memory), "ERKStepSetNoInactiveRootWarn");
+  check_sundials(ERKStepSetMaxNumSteps(solver_.memory, 10000000), "ERKStepSetMaxNumSteps");
   report_.propagator.name = "sundials_erkstep_dormand_prince";
   metrics_.thruster_on_time_s.per_thruster.assign(2, 0);
   metrics_.firings.per_thruster.assign(2, 0);
@@ -169,15 +145,15 @@ int SundialsLinearRun::root_functions(sunrealtype, N_Vector state, sunrealtype* 
 
 void SundialsLinearRun::fly_to(double stop_s) {
   if (is_fresh_) {
-    check(ERKStepReset(solver_.memory, t_s_, solver_.state), "ERKStepReset");
-    check(ERKStepSetInitStep(solver_.memory, 0), "ERKStepSetInitStep");
+    check_sundials(ERKStepReset(solver_.memory, t_s_, solver_.state), "ERKStepReset");
+    check_sundials(ERKStepSetInitStep(solver_.memory, 0), "ERKStepSetInitStep");
     is_fresh_ = false;
   }
-  check(ERKStepSetStopTime(solver_.memory, stop_s), "ERKStepSetStopTime");
+  check_sundials(ERKStepSetStopTime(solver_.memory, stop_s), "ERKStepSetStopTime");
   const double before = at(1);
   sunrealtype reached = t_s_;
   const int flag = ERKStepEvolve(solver_.memory, stop_s, solver_.state, &reached, ARK_ONE_STEP);
-  check(flag, "ERKStepEvolve");
+  check_sundials(flag, "ERKStepEvolve");
   t_s_ = reached;
   ++report_.propagator.steps;
   metrics_.peak_rate_rad_s = std::max({metrics_.peak_rate_rad_s, std::abs(before), std::abs(at(1))});
@@ -186,7 +162,7 @@ void SundialsLinearRun::fly_to(double stop_s) {
   digester_.real(at(1));
   if (flag != ARK_ROOT_RETURN) return;
   std::array<int, 2> found{};
-  check(ERKStepGetRootInfo(solver_.memory, found.data()), "ERKStepGetRootInfo");
+  check_sundials(ERKStepGetRootInfo(solver_.memory, found.data()), "ERKStepGetRootInfo");
   if (found[1] == -direction_) has_braked_ = true;
   if (found[0] != -direction_ || !has_braked_) return;
   if (!metrics_.first_rest_s) metrics_.first_rest_s = t_s_;

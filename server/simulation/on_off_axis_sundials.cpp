@@ -1,13 +1,6 @@
 // The second opinion on a single-axis slew: ARKODE's explicit Runge-Kutta with its own root finding. Shares
 // the plant's right-hand side with the first one and nothing else: the law, the guards and the metrics are
 // written again here, from the paper.
-#include <cstdio>  // the next header wants FILE
-
-#include <arkode/arkode_butcher_erk.h>
-#include <arkode/arkode_erkstep.h>
-#include <nvector/nvector_serial.h>
-#include <sundials/sundials_context.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -15,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "server/propagation/erk_solver.hpp"
 #include "server/simulation/axis.hpp"
 #include "server/simulation/axis_channels.hpp"
 #include "server/simulation/digest.hpp"
@@ -42,25 +36,6 @@ enum class Hold { free, sliding, resting, stuck };
 // Switchings of an ideal law nearer to each other than this are not told apart: they have accumulated.
 constexpr double kTogether_s = 1e-5;
 constexpr double kHoldRounding = 1e-9;
-
-void check(int flag, const char* what) {
-  if (flag < 0) throw std::runtime_error(std::string("SUNDIALS: ") + what + " gave " + std::to_string(flag));
-}
-
-// Its own context, as the library asks of every thread; made per run, so that nothing is shared.
-struct Solver {
-  SUNContext context = nullptr;
-  N_Vector state = nullptr;
-  void* memory = nullptr;
-  Solver() { check(SUNContext_Create(nullptr, &context), "SUNContext_Create"); }
-  Solver(const Solver&) = delete;
-  Solver& operator=(const Solver&) = delete;
-  ~Solver() {
-    if (memory) ERKStepFree(&memory);
-    if (state) N_VDestroy(state);
-    SUNContext_Free(&context);
-  }
-};
 
 class SundialsOnOffRun final : public Run {
  public:
@@ -120,7 +95,7 @@ class SundialsOnOffRun final : public Run {
   const int direction_;
   double lower_rad_ = 0, upper_rad_ = 0;
   double half_ = 0;  ///< of the hysteresis, of a law without a band
-  Solver solver_;
+  ErkSolver solver_;
   double longest_step_s_ = 0;
 
   double t_s_ = 0;
@@ -166,16 +141,16 @@ SundialsOnOffRun::SundialsOnOffRun(const OnOffAxisSpecification& specification)
   NV_Ith_S(solver_.state, 1) = spec_.maneuver.initial_rate_rad_s;
   solver_.memory = ERKStepCreate(&right_hand_side, 0.0, solver_.state, solver_.context);
   if (!solver_.memory) throw std::bad_alloc();
-  check(ERKStepSetUserData(solver_.memory, this), "ERKStepSetUserData");
-  check(ERKStepSetErrFile(solver_.memory, nullptr),
-        "ERKStepSetErrFile");  // check() throws what it would print
+  check_sundials(ERKStepSetUserData(solver_.memory, this), "ERKStepSetUserData");
+  check_sundials(ERKStepSetErrFile(solver_.memory, nullptr),
+                 "ERKStepSetErrFile");  // check() throws what it would print
   // A low order keeps full precision at roots, where the dense output is a Hermite interpolant.
-  check(ERKStepSetTableNum(solver_.memory, ARKODE_DORMAND_PRINCE_7_4_5), "ERKStepSetTableNum");
+  check_sundials(ERKStepSetTableNum(solver_.memory, ARKODE_DORMAND_PRINCE_7_4_5), "ERKStepSetTableNum");
   const double tolerance = spec_.verification_tolerance;
-  check(ERKStepSStolerances(solver_.memory, tolerance, tolerance * 1e-3), "ERKStepSStolerances");
-  check(ERKStepRootInit(solver_.memory, kRootCount, &root_functions), "ERKStepRootInit");
-  check(ERKStepSetNoInactiveRootWarn(solver_.memory), "ERKStepSetNoInactiveRootWarn");
-  check(ERKStepSetMaxNumSteps(solver_.memory, 1000000), "ERKStepSetMaxNumSteps");
+  check_sundials(ERKStepSStolerances(solver_.memory, tolerance, tolerance * 1e-3), "ERKStepSStolerances");
+  check_sundials(ERKStepRootInit(solver_.memory, kRootCount, &root_functions), "ERKStepRootInit");
+  check_sundials(ERKStepSetNoInactiveRootWarn(solver_.memory), "ERKStepSetNoInactiveRootWarn");
+  check_sundials(ERKStepSetMaxNumSteps(solver_.memory, 1000000), "ERKStepSetMaxNumSteps");
   // Two crossings within one step would show no change of sign.
   const double acceleration = spec_.actuator.torque_N_m / spec_.plant.inertia_kg_m2;
   const double slew = std::abs(spec_.maneuver.final_angle_rad - spec_.maneuver.initial_angle_rad);
@@ -188,7 +163,7 @@ SundialsOnOffRun::SundialsOnOffRun(const OnOffAxisSpecification& specification)
   for (const Sinusoid& sinusoid : spec_.disturbances.sinusoids)
     longest_s = std::min(longest_s, 1 / sinusoid.frequency_rad_s);
   if (spec_.law.rate_gain_s > 0) longest_s = std::min(longest_s, spec_.law.rate_gain_s / 10);
-  check(ERKStepSetMaxStep(solver_.memory, longest_s), "ERKStepSetMaxStep");
+  check_sundials(ERKStepSetMaxStep(solver_.memory, longest_s), "ERKStepSetMaxStep");
   report_.propagator.name = "sundials_erkstep_dormand_prince";
   metrics_.thruster_on_time_s.per_thruster.assign(2, 0);
   metrics_.firings.per_thruster.assign(2, 0);
@@ -524,11 +499,11 @@ void SundialsOnOffRun::meet(const std::array<int, kRootCount>& found) {
 void SundialsOnOffRun::fly_to(double stop_s) {
   if (is_fresh_) {
     // Never go on across a switching: the integrator has already stepped past it with the old torque.
-    check(ERKStepReset(solver_.memory, t_s_, solver_.state), "ERKStepReset");
-    check(ERKStepSetInitStep(solver_.memory, 0), "ERKStepSetInitStep");
+    check_sundials(ERKStepReset(solver_.memory, t_s_, solver_.state), "ERKStepReset");
+    check_sundials(ERKStepSetInitStep(solver_.memory, 0), "ERKStepSetInitStep");
     is_fresh_ = false;
   }
-  check(ERKStepSetStopTime(solver_.memory, stop_s), "ERKStepSetStopTime");
+  check_sundials(ERKStepSetStopTime(solver_.memory, stop_s), "ERKStepSetStopTime");
   const double from_s = t_s_;
   const double before = rate();
   const std::span<const double> state(NV_DATA_S(solver_.state), 2 + 2 * spec_.plant.modes.size());
@@ -539,15 +514,15 @@ void SundialsOnOffRun::fly_to(double stop_s) {
   if (flag == ARK_ILL_INPUT) {
     // A root at the very beginning: it begins on a guard, to rounding. Off it blindly, then look where that
     // was.
-    check(ERKStepReset(solver_.memory, t_s_, solver_.state), "ERKStepReset");
-    check(ERKStepRootInit(solver_.memory, 0, nullptr), "ERKStepRootInit");
+    check_sundials(ERKStepReset(solver_.memory, t_s_, solver_.state), "ERKStepReset");
+    check_sundials(ERKStepRootInit(solver_.memory, 0, nullptr), "ERKStepRootInit");
     const double off_s = std::min(stop_s, t_s_ + 1e-9 * longest_step_s_);
     flag = ERKStepEvolve(solver_.memory, off_s, solver_.state, &reached, ARK_NORMAL);
-    check(ERKStepRootInit(solver_.memory, kRootCount, &root_functions), "ERKStepRootInit");
+    check_sundials(ERKStepRootInit(solver_.memory, kRootCount, &root_functions), "ERKStepRootInit");
     is_fresh_ = true;
     if (!is_sampled() && hold_ == Hold::free) side_ = side_ahead();
   }
-  check(flag, "ERKStepEvolve");
+  check_sundials(flag, "ERKStepEvolve");
   t_s_ = reached;
   ++report_.propagator.steps;
   const double h = t_s_ - from_s;
@@ -573,7 +548,7 @@ void SundialsOnOffRun::fly_to(double stop_s) {
   digester_.real(rate());
   if (flag != ARK_ROOT_RETURN) return;
   std::array<int, kRootCount> found{};
-  check(ERKStepGetRootInfo(solver_.memory, found.data()), "ERKStepGetRootInfo");
+  check_sundials(ERKStepGetRootInfo(solver_.memory, found.data()), "ERKStepGetRootInfo");
   meet(found);
 }
 
