@@ -52,6 +52,7 @@ NormalModes normal_modes(const AssembledFrame& frame, FrameBoundary boundary) {
   const double shift = greatest > 0 ? kShift * greatest : 1;
 
   const MatrixXd shifted = stiffness + shift * mass;
+  if (!shifted.allFinite()) throw std::domain_error("a part of the frame has next to no mass, or no size");
   const Eigen::LLT<MatrixXd> factored(shifted);
   const MatrixXd lower = factored.matrixL();
   if (factored.info() != Eigen::Success ||
@@ -60,6 +61,7 @@ NormalModes normal_modes(const AssembledFrame& frame, FrameBoundary boundary) {
   const auto triangle = lower.triangularView<Eigen::Lower>();
   MatrixXd inverse = triangle.solve(mass);
   inverse = triangle.solve(inverse.transpose()).eval();
+  if (!inverse.allFinite()) throw std::domain_error("the parts of the frame are too far apart in size");
   const Eigen::SelfAdjointEigenSolver<MatrixXd> solver(inverse);
   if (solver.info() != Eigen::Success) throw std::domain_error("the modes of the frame do not converge");
 

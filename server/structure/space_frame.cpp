@@ -119,15 +119,6 @@ std::size_t count(const DofFlags& flags) {
   return set;
 }
 
-std::size_t coordinate_count(const SpaceFrame& frame) {
-  const auto inside = static_cast<std::size_t>(frame.elements_per_member - 1);
-  std::size_t coordinates =
-      6 * (frame.nodes.size() + frame.beams.size() * inside) + frame.bars.size() * inside;
-  for (const FrameBeam& beam : frame.beams)
-    coordinates += count(beam.released_at_from) + count(beam.released_at_to);
-  return coordinates;
-}
-
 double total_mass(const SpaceFrame& frame) {
   const auto length = [&](std::size_t from, std::size_t to) {
     return (frame.nodes[to].position_m - frame.nodes[from].position_m).norm();
@@ -365,6 +356,15 @@ class Assembly {
 };
 
 }  // namespace
+
+std::size_t coordinate_count(const SpaceFrame& frame) {
+  const auto inside = static_cast<std::size_t>(frame.elements_per_member - 1);
+  std::size_t coordinates =
+      6 * (frame.nodes.size() + frame.beams.size() * inside) + frame.bars.size() * inside;
+  for (const FrameBeam& beam : frame.beams)
+    coordinates += count(beam.released_at_from) + count(beam.released_at_to);
+  return coordinates;
+}
 
 std::vector<FrameFault> validate(const SpaceFrame& frame) {
   FaultList faults;

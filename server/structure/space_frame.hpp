@@ -76,6 +76,10 @@ struct FrameFault {
 /// The modes cost the cube of it.
 inline constexpr std::size_t kMostFrameCoordinates = 1200;
 
+/// Six for each node, those inside members included, and one for each released motion, held or not. Looks at
+/// counts only: the frame need not be valid, but for `elements_per_member`, which must be positive.
+std::size_t coordinate_count(const SpaceFrame& frame);
+
 /// Everything that is wrong; empty when it can be assembled.
 std::vector<FrameFault> validate(const SpaceFrame& frame);
 

@@ -356,6 +356,14 @@ TEST(AnyFrame, HasMassNormalisedModesThatDiagonaliseIt) {
   EXPECT_EQ(modes.shapes.topRows(6).cwiseAbs().maxCoeff(), 0);
 }
 
+// Next to nothing on a spring overflows.
+TEST(AnyFrame, MustHaveModesThatADoubleHolds) {
+  SpaceFrame frame = closed_form_beam(1);
+  frame.beams[0].section.mass_per_length_kg_m = 0;
+  frame.point_masses.push_back({1, 1e-320, Matrix3d::Zero()});
+  EXPECT_THROW(clamped_modes(frame), std::domain_error);
+}
+
 TEST(AnyFrame, HasNoModesWhereNothingMoves) {
   SpaceFrame held = closed_form_beam(1);
   held.nodes[0].held = held.nodes[1].held = kAllHeld;
