@@ -71,6 +71,12 @@ std::vector<const json*> applicable(const json& root, const json& schema, const 
   return fragments;
 }
 
+// What a map says of its members, whose names are free.
+const json* schema_of_others(const json& schema) {
+  const auto others = schema.find("additionalProperties");
+  return others != schema.end() && others->is_object() ? &*others : nullptr;
+}
+
 // ---- what a schema allows, in words
 
 std::string listed(const json& values) {
@@ -99,6 +105,8 @@ std::string allowed_in_words(const std::vector<const json*>& fragments) {
       {"exclusiveMinimum", [](const json& value) { return "greater than " + value.dump(); }},
       {"maximum", [](const json& value) { return "at most " + value.dump(); }},
       {"maxLength", [](const json& value) { return "at most " + value.dump() + " characters"; }},
+      {"maxProperties", [](const json& value) { return "at most " + value.dump() + " fields"; }},
+      {"minItems", [](const json& value) { return "at least " + value.dump() + " items"; }},
       {"maxItems", [](const json& value) { return "at most " + value.dump() + " items"; }}};
   std::vector<std::string> parts;
   for (const auto& [keyword, words] : kWords)
@@ -140,6 +148,8 @@ std::vector<const json*> fragments_below(const json& root, const std::vector<con
     const auto properties = fragment->find("properties");
     if (value.is_object() && properties != fragment->end() && properties->contains(step))
       applicable(root, properties->at(step), child, below);
+    else if (const json* others = schema_of_others(*fragment); others && value.is_object())
+      applicable(root, *others, child, below);
     if (const auto items = fragment->find("items"); value.is_array() && items != fragment->end())
       applicable(root, *items, child, below);
   }
@@ -222,6 +232,7 @@ std::string problem_in_words(const std::string& description) {
   if (description.find("enum") != std::string::npos || description.find("const") != std::string::npos)
     return "the value is not one of those possible";
   if (description.starts_with("Array should")) return "the array is of the wrong length";
+  if (description.starts_with("Object should")) return "the object has too many fields";
   if (description.starts_with("String should")) return "the text is of the wrong length";
   return "the value does not fit";
 }
@@ -271,6 +282,8 @@ void fill_defaults(const json& root, const json& schema, json& value) {
         if (!value.contains(name) && property.contains("default")) value[name] = property.at("default");
         if (value.contains(name)) fill_defaults(root, property, value[name]);
       }
+    if (const json* others = schema_of_others(*fragment); others && value.is_object())
+      for (json& member : value) fill_defaults(root, *others, member);
     if (const auto items = fragment->find("items"); items != fragment->end() && value.is_array())
       for (json& item : value) fill_defaults(root, *items, item);
   }
