@@ -6,6 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "server/experiment/frame_request.hpp"
 #include "server/propagation/modal_basis.hpp"
 
 namespace slew {
@@ -25,6 +26,7 @@ std::optional<double> optional_number(const json& block, const char* name) {
 }
 
 SingleAxisPlant specify_plant(const json& plant) {
+  if (is_frame(plant)) return specify_frame_plant(plant);
   SingleAxisPlant spec{plant.at("inertia_kg_m2"), {}};
   if (const auto modes = plant.find("modes"); modes != plant.end())
     for (const json& mode : *modes)
@@ -153,7 +155,7 @@ std::optional<Violation> why_it_cannot_be_built(const OnOffAxisSpecification& sp
   const ModalBasis basis(spec.plant, spec.disturbances.sinusoids);
   return std::nullopt;
 } catch (const std::domain_error& error) {
-  return Violation{"/plant/modes", std::string("the motion has no closed form: ") + error.what(), "",
+  return Violation{"/plant", std::string("the motion has no closed form: ") + error.what(), "",
                    "modes, or a sinusoid, that differ a little from these"};
 }
 

@@ -74,6 +74,10 @@ nlohmann::json describe(const Prepared& prepared);
 /// on-off ones the phase plane.
 nlohmann::json design_curves(const Prepared& prepared);
 
+/// What the plant is made of: inertias, modes and couplings as they fly; for a frame also its mass properties
+/// and all its modes, derived anew. "frame" is null for a plant that has none.
+nlohmann::json model(const Prepared& prepared);
+
 /// What the service knows of a result besides the run's own report.
 struct ResultHeading {
   std::string experiment_id;

@@ -12,12 +12,15 @@ struct Limits {
   std::size_t max_violations;
   double max_steps;
   double max_archived_rows;
+  std::size_t max_frame_coordinates;
   std::size_t max_queued_experiments;
   double max_paced_load;
   double lossless_patience_s;
   std::size_t retained_experiments;
   double retention_s;
   double max_rate;
+  double min_mode_frequency_hz;
+  double max_mode_frequency_hz;
 };
 
 const Limits& limits();

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "server/actuator/switching_delay.hpp"
+#include "server/experiment/frame_request.hpp"
 #include "server/experiment/limits.hpp"
 #include "server/experiment/linear_axis_request.hpp"
 #include "server/experiment/sound_fields.hpp"
@@ -95,7 +96,8 @@ void check_firing_program(const SoundFields& fields, const Violate& violate) {
 }
 
 // What holds the hub (an ideal law on its switching line, friction at rest) is solved for oscillating modes.
-void check_modes(const SoundFields& fields, const json& modes, const Violate& violate) {
+// A frame has one damping ratio for all of them.
+void check_damping(const SoundFields& fields, const Violate& violate) {
   const json* disturbances = fields.at("/disturbances");
   const bool is_ideal = fields.says("/controller/evaluation/type", "ideal");
   const bool has_friction =
@@ -104,14 +106,16 @@ void check_modes(const SoundFields& fields, const json& modes, const Violate& vi
         return disturbance.is_object() && disturbance.value("type", json()) == "friction";
       });
   if (!is_ideal && !has_friction) return;
-  for (std::size_t i = 0; i < modes.size(); ++i) {
-    const std::string pointer = "/plant/modes/" + std::to_string(i) + "/damping_ratio";
+  std::vector<std::string> pointers{"/plant/damping_ratio"};
+  if (const json* modes = fields.at("/plant/modes"))
+    for (std::size_t i = 0; i < modes->size(); ++i)
+      pointers.push_back("/plant/modes/" + std::to_string(i) + "/damping_ratio");
+  for (const std::string& pointer : pointers)
     if (const auto damping = fields.number(pointer); damping && *damping >= 1)
       violate(pointer,
               std::string(is_ideal ? "an ideal law" : "friction") +
                   " holds the hub by turns, which is solved for modes that oscillate",
               number(*damping), "less than 1, or another evaluation and no friction");
-  }
 }
 
 }  // namespace
@@ -153,8 +157,10 @@ std::vector<Violation> physics_violations(const json& request,
       violate("/timing/start", "this is no time to start at", shortened(*start),
               "\"now\", \"held\", or a time in UTC such as \"2026-11-24T12:00:00Z\"");
   }
+  check_damping(fields, violate);
+  for (Violation& violation : frame_violations(request, schema_violations))
+    violations.push_back(std::move(violation));
   if (const json* modes = fields.at("/plant/modes"); modes && modes->is_array()) {
-    check_modes(fields, *modes, violate);
     const auto inertia = fields.number("/plant/inertia_kg_m2");
     double coupled = 0;
     bool is_sound = inertia.has_value();

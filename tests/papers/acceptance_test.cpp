@@ -53,6 +53,7 @@ json document_of(const json& command) {
   if (const auto* rejection = std::get_if<Rejection>(&outcome)) return {{"refused", rejection->sentence}};
   const auto& prepared = std::get<Prepared>(outcome);
   if (command[0] == "describe") return describe(prepared);
+  if (command[0] == "model") return model(prepared);
   const auto run = make_run(prepared);
   Ignore ignore;
   while (run->advance(std::numeric_limits<double>::infinity(), 1 << 20, ignore) == RunStatus::running) {
@@ -80,7 +81,7 @@ TEST(Acceptance, EveryRowHolds) {
 TEST(Acceptance, EveryRowIsComplete) {
   for (const json& row : table()) {
     SCOPED_TRACE(row.dump());
-    EXPECT_TRUE(row.at("command").at(0) == "run" || row.at("command").at(0) == "describe");
+    EXPECT_TRUE((std::set<std::string>{"run", "describe", "model"}.contains(row.at("command").at(0))));
     EXPECT_EQ(row.at("command").size() % 2, 1u);
     EXPECT_FALSE(row.at("case").get<std::string>().empty());
     EXPECT_FALSE(row.at("source").get<std::string>().empty());
