@@ -167,6 +167,10 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
   describe->add_option(
       "--plot", options.output,
       "draw its design: FILE.png, FILE.svg, or - for the terminal; with --json its curves too");
+  add_request(
+      commands.add(Command::model, "model", "modes and couplings from beams and masses; no server needed",
+                   "slewctl model --preset agrawal-bang-1995/flexible-frame-elbow-heavy"),
+      options);
   commands.add(Command::server, "server", "who serves this domain", "slewctl server");
   commands.add(Command::doctor, "doctor", "why do I see nothing? one check after the other",
                "slewctl doctor --domain 7");

@@ -22,6 +22,7 @@ int presets(const Options& options);
 int schema(const Options& options);
 int validate(const Options& options);
 int describe(const Options& options);
+int model(const Options& options);
 
 int server(const Options& options);
 int doctor(const Options& options);

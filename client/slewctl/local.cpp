@@ -1,4 +1,4 @@
-// presets, schema, validate, describe: no server needed.
+// presets, schema, validate, describe, model: no server needed.
 #include <iostream>
 #include <nlohmann/json.hpp>
 
@@ -31,18 +31,39 @@ Prepared prepared_or_stop(const Options& options) {
   throw Stop{kRefused, rejection.sentence + "\n" + violations_in_words(violations)};
 }
 
+std::string in_words(const json& value) {
+  if (value.is_number()) return number(value.get<double>());
+  if (value.is_string()) return value.get<std::string>();
+  if (!value.is_array()) return value.dump();
+  std::string text;
+  for (const json& element : value) text += (text.empty() ? "" : ", ") + in_words(element);
+  return "[" + text + "]";
+}
+
 // Numbers of a description, one a line, with the path that leads to them.
 void add_rows(std::vector<std::vector<std::string>>& rows, const std::string& path, const json& value) {
   if (value.is_object()) {
     const std::string prefix = path.empty() ? path : path + ".";
     for (const auto& [key, child] : value.items()) add_rows(rows, prefix + key, child);
-  } else if (value.is_number()) {
-    rows.push_back({path, number(value.get<double>())});
-  } else if (value.is_string()) {
-    rows.push_back({path, value.get<std::string>()});
   } else {
-    rows.push_back({path, value.dump()});
+    rows.push_back({path, in_words(value)});
   }
+}
+
+// A row for each mode, as clamped and coupled to the hub; hub-free frequencies do not belong to one each, but
+// stand in order.
+std::string mode_table(const json& plant) {
+  const json& couplings = plant.at("couplings_sqrt_kg_m");
+  if (couplings.empty()) return "";
+  std::vector<std::vector<std::string>> rows{
+      {"mode", "clamped, Hz", "damping", "D, kg^1/2 m", "D^2, kg m^2", "hub free, Hz"}};
+  for (std::size_t i = 0; i < couplings.size(); ++i) {
+    const double coupling = couplings[i];
+    rows.push_back({std::to_string(i + 1), in_words(plant.at("clamped_frequencies_hz")[i]),
+                    in_words(plant.at("damping_ratios")[i]), number(coupling), number(coupling * coupling),
+                    in_words(plant.at("free_frequencies_hz")[i])});
+  }
+  return "\n" + table(rows);
 }
 
 }  // namespace
@@ -119,6 +140,28 @@ int describe(const Options& options) {
     if (key != "request" && key != "warnings" && key != "design") add_rows(rows, key, value);
   std::cout << table(rows);
   for (const json& warning : description.at("warnings"))
+    std::cout << "warning: " << warning.get<std::string>() << "\n";
+  return kDone;
+}
+
+int model(const Options& options) {
+  json document = slew::model(prepared_or_stop(options));
+  if (options.json) {
+    print_json(document);
+    return kDone;
+  }
+  const std::string modes = mode_table(document.at("plant"));
+  std::vector<std::vector<std::string>> rows{{std::string("what"), std::string("value")}};
+  for (const char* part : {"plant", "frame"}) {
+    json& block = document.at(part);
+    if (block.is_null()) continue;
+    for (const char* list :
+         {"clamped_frequencies_hz", "damping_ratios", "couplings_sqrt_kg_m", "free_frequencies_hz"})
+      block.erase(list);
+    add_rows(rows, part, block);
+  }
+  std::cout << table(rows) << modes;
+  for (const json& warning : document.at("warnings"))
     std::cout << "warning: " << warning.get<std::string>() << "\n";
   return kDone;
 }

@@ -43,6 +43,8 @@ int dispatch(const Options& options) {
       return validate(options);
     case Command::describe:
       return describe(options);
+    case Command::model:
+      return model(options);
     case Command::server:
       return server(options);
     case Command::doctor:

@@ -26,6 +26,7 @@ enum class Command {
   schema,
   validate,
   describe,
+  model,
   server,
   doctor,
   plot,

@@ -13,7 +13,7 @@ using nlohmann::json;
 constexpr double kRadPerCycle = 2 * std::numbers::pi;
 
 const SingleAxisPlant& plant_of(const Prepared& prepared) {
-  return prepared.system.plant;
+  return std::visit([](const auto& spec) -> const SingleAxisPlant& { return spec.plant; }, prepared.system);
 }
 
 json numbers(const Eigen::VectorXd& values) {

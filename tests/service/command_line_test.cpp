@@ -99,11 +99,28 @@ TEST(CommandLine, WithoutAServerItSaysSo) {
   EXPECT_EQ(server.ctl({"validate", "-"}, "{}").exit_code, 2);
 }
 
+TEST(CommandLine, ModelNeedsNoServer) {
+  const ServerUnderTest server({}, false);
+  const std::string preset = "agrawal-bang-1995/flexible-frame-elbow-heavy";
+  const json model = server.document({"model", "--preset", preset, "--set", "plant.modes_kept=2"});
+  EXPECT_EQ(model.at("plant").at("couplings_sqrt_kg_m").size(), 2u);
+  EXPECT_NEAR(model.at("frame").at("modal_inertia_kg_m2").get<double>(), 6.8519, 2e-4);
+  EXPECT_NE(server.ctl({"model", "--preset", preset}).output.find("hub free, Hz"), std::string::npos);
+
+  const auto refused =
+      server.ctl({"model", "--json", "--preset", preset, "--set", "plant.beams.2.to_node=7"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_EQ(json::parse(refused.output).at("violations").at(0).at("pointer"), "/plant/beams/2/to_node");
+  EXPECT_EQ(server.ctl({"model", "-"}, "{}").exit_code, 2);
+  EXPECT_EQ(server.ctl({"model", "-"}, "no JSON").exit_code, 2);
+}
+
 TEST(CommandLine, EveryCommandHasHelpWithAnExample) {
   const ServerUnderTest server({}, false);
-  for (const char* command : {"run",    "submit",  "result", "show",     "list",     "history", "series",
-                              "export", "plot",    "watch",  "cancel",   "pause",    "resume",  "step",
-                              "rate",   "presets", "schema", "validate", "describe", "server",  "doctor"}) {
+  for (const char* command :
+       {"run",    "submit",   "result",   "show",  "list",   "history", "series", "export",
+        "plot",   "watch",    "cancel",   "pause", "resume", "step",    "rate",   "presets",
+        "schema", "validate", "describe", "model", "server", "doctor"}) {
     const auto help = server.ctl({command, "--help"});
     EXPECT_EQ(help.exit_code, 0) << command;
     EXPECT_NE(help.output.find("Example: slewctl"), std::string::npos) << command;
@@ -147,6 +164,7 @@ TEST(CommandLine, EveryCommandSpeaksToPeople) {
                                                           {"schema", "limits"},
                                                           {"validate", request.string()},
                                                           {"describe", "--preset", preset},
+                                                          {"model", "--preset", preset},
                                                           {"server"},
                                                           {"doctor"},
                                                           {"list"},
