@@ -30,7 +30,7 @@ inline nlohmann::json resolved(const nlohmann::json& request) {
 }
 
 inline const SingleAxisPlant& plant_of(const Prepared& prepared) {
-  return prepared.system.plant;
+  return std::visit([](const auto& spec) -> const SingleAxisPlant& { return spec.plant; }, prepared.system);
 }
 
 class Ignore final : public SampleSink {
