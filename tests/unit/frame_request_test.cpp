@@ -364,7 +364,7 @@ TEST(FrameRequest, IsFlownOrRefusedWhateverIsDoneToIt) {
                                      json::array({0, 1, 0})};
   std::mt19937 random(21);
   int accepted = 0;
-  for (int i = 0; i < 3000; ++i) {
+  for (int i = 0; i < 1500; ++i) {
     json request = random() % 3 ? one_of_everything_request() : resolved(elbow_heavy());
     request["simulation"]["duration_s"] = 1;
     for (auto n = 1 + random() % 3; n > 0; --n) {
@@ -388,7 +388,8 @@ TEST(FrameRequest, IsFlownOrRefusedWhateverIsDoneToIt) {
     if (const auto* p = std::get_if<Prepared>(&outcome)) {
       ++accepted;
       EXPECT_TRUE(schema_violations("request", json::parse(p->resolved)).empty());
-      for (const double hz : model(*p).at("plant").at("clamped_frequencies_hz")) EXPECT_TRUE(hz > 0);
+      const json document = model(*p);
+      for (const double hz : document.at("plant").at("clamped_frequencies_hz")) EXPECT_GT(hz, 0);
       EXPECT_FALSE(describe(*p).dump().empty());
       const auto run = make_run(*p);
       Ignore ignore;
@@ -403,7 +404,7 @@ TEST(FrameRequest, IsFlownOrRefusedWhateverIsDoneToIt) {
       EXPECT_NO_THROW(to_json(violation).dump());
     }
   }
-  EXPECT_GT(accepted, 150);
+  EXPECT_GT(accepted, 75);
 }
 
 }  // namespace
