@@ -161,4 +161,24 @@ TEST(QuadraticArc, CarriesDualNumbers) {
   EXPECT_DOUBLE_EQ(arc.rate_at(Dual(3)).derivatives()(0), 3.0 / 2);
 }
 
+// Arcs that shrink without end come down to where both roots of s are lost in the rounding of theta.
+TEST(SideCrossing, ARootLostInRoundingIsWhereThePieceBegins) {
+  SwitchingFunctionParameters parameters;
+  parameters.inertia_kg_m2 = 0.87022224312005914;
+  const SwitchingFunction law(parameters, 1, 1);
+  const QuadraticArc<double> arc{1.0000000000000004, -2.97312e-08, 1};
+  const auto crossing = side_crossing(arc, law, SwitchingSide::below, 2);
+  ASSERT_TRUE(crossing);
+  EXPECT_LE(crossing->tau, 1e-7);
+}
+
+TEST(CrossingScan, WhatIsZeroAllAlongCrossesNothing) {
+  struct Zero {
+    ScanPoint at(double) const { return {0, 0}; }
+    ScanLook look(double, double) const { return {0, 0, 0}; }
+  };
+  EXPECT_FALSE(first_crossing(Zero{}, 1, 0, 1, 1e-13));
+  EXPECT_FALSE(first_crossing(Zero{}, -1, 0, 1, 1e-13));
+}
+
 }  // namespace
