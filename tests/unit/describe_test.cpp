@@ -7,25 +7,18 @@
 #include <random>
 
 #include "server/experiment/experiment.hpp"
+#include "tests/unit/prepared.hpp"
 
 namespace slew {
 namespace {
 
 using nlohmann::json;
+using test::prepared;
 
 class Ignore final : public SampleSink {
   void sample(double, std::span<const double>, std::span<const double>) override {}
   void event(const SwitchEvent&) override {}
 };
-
-Prepared prepared(const json& request) {
-  auto outcome = prepare(request.dump());
-  if (auto* rejection = std::get_if<Rejection>(&outcome)) {
-    for (const Violation& violation : rejection->violations) ADD_FAILURE() << to_json(violation);
-    return {};
-  }
-  return std::get<Prepared>(std::move(outcome));
-}
 
 json metrics(const Prepared& p) {
   const auto run = make_run(p);

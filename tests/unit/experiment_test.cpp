@@ -5,26 +5,19 @@
 #include <cmath>
 
 #include "server/experiment/preset.hpp"
+#include "tests/unit/prepared.hpp"
 
 namespace slew {
 namespace {
 
 using nlohmann::json;
+using test::prepared;
 
 constexpr const char* kPreset = "agrawal-bang-1995/rigid-single-sided";
 
 json with_preset(json changes = json::object()) {
   changes["preset"] = kPreset;
   return changes;
-}
-
-Prepared prepared(const json& request) {
-  auto outcome = prepare(request.dump());
-  if (auto* rejection = std::get_if<Rejection>(&outcome)) {
-    for (const Violation& violation : rejection->violations) ADD_FAILURE() << to_json(violation);
-    return {};
-  }
-  return std::get<Prepared>(std::move(outcome));
 }
 
 OnOffAxisSpecification on_off(const Prepared& prepared) {

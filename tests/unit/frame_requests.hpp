@@ -1,26 +1,16 @@
 // Requests that describe an appendage by its frame.
 #pragma once
 
-#include <gtest/gtest.h>
-
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "server/experiment/experiment.hpp"
+#include "tests/unit/prepared.hpp"
 
 namespace slew::test {
 
 inline const char* const kElbowHeavyPreset = "agrawal-bang-1995/flexible-frame-elbow-heavy";
 inline const char* const kTipHeavyPreset = "agrawal-bang-1995/flexible-frame-tip-heavy";
-
-inline Prepared prepared(const nlohmann::json& request) {
-  auto outcome = prepare(request.dump());
-  if (auto* rejection = std::get_if<Rejection>(&outcome)) {
-    for (const Violation& violation : rejection->violations) ADD_FAILURE() << to_json(violation);
-    return {};
-  }
-  return std::get<Prepared>(std::move(outcome));
-}
 
 /// With every default filled in, and complete without its preset.
 inline nlohmann::json resolved(const nlohmann::json& request) {

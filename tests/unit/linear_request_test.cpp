@@ -7,23 +7,16 @@
 
 #include "server/experiment/experiment.hpp"
 #include "server/experiment/schema.hpp"
+#include "tests/unit/prepared.hpp"
 
 namespace slew {
 namespace {
 
 using nlohmann::json;
+using test::prepared;
 
 constexpr const char* kSecond = "bryson-1994/problem-3-2-2";
 constexpr const char* kLead = "bryson-1994/lead-compensation";
-
-Prepared prepared(const json& request) {
-  auto outcome = prepare(request.dump());
-  if (auto* rejection = std::get_if<Rejection>(&outcome)) {
-    for (const Violation& violation : rejection->violations) ADD_FAILURE() << to_json(violation);
-    return {};
-  }
-  return std::get<Prepared>(std::move(outcome));
-}
 
 std::vector<Violation> violations(const json& request) {
   const auto outcome = prepare(request.dump());

@@ -7,11 +7,13 @@
 #include "server/experiment/experiment.hpp"
 #include "server/experiment/preset.hpp"
 #include "server/experiment/schema.hpp"
+#include "tests/unit/prepared.hpp"
 
 namespace slew {
 namespace {
 
 using nlohmann::json;
+using test::prepared;
 
 constexpr double kDegPerRad = 180 / std::numbers::pi;
 
@@ -19,15 +21,6 @@ class Ignore final : public SampleSink {
   void sample(double, std::span<const double>, std::span<const double>) override {}
   void event(const SwitchEvent&) override {}
 };
-
-Prepared prepared(const json& request) {
-  auto outcome = prepare(request.dump());
-  if (auto* rejection = std::get_if<Rejection>(&outcome)) {
-    for (const Violation& violation : rejection->violations) ADD_FAILURE() << to_json(violation);
-    return {};
-  }
-  return std::get<Prepared>(std::move(outcome));
-}
 
 std::unique_ptr<Run> flown(std::unique_ptr<Run> run) {
   Ignore ignore;
