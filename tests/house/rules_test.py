@@ -13,6 +13,7 @@ import tempfile
 # number do not know each other.
 LEVELS = {
     "server/attitude": 0,
+    "server/random": 0,
     "server/structure": 1,
     "server/plant": 2,
     "server/actuator": 3,
