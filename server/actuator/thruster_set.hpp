@@ -24,6 +24,7 @@ struct Thruster {
   /// Torque at full thrust of a pair without position; empty: position x direction times thrust.
   std::optional<Eigen::Vector3d> couple_N_m;
   double minimum_on_time_s = 0, minimum_off_time_s = 0;
+  MinimumOnTimeOf minimum_on_time_of = MinimumOnTimeOf::valve_command;
   double on_delay_s = 0, off_delay_s = 0;  ///< from the command to the thrust's first change
   double rise_s = 0, fall_s = 0;           ///< linear, from nothing to full thrust and back
   double noise = 0;                        ///< of each firing's level: standard deviation over level

@@ -1,0 +1,107 @@
+// A quartic on [0, 1] in Bernstein's form, and where it first becomes positive. Its coefficients bound it,
+// and their changes of sign count its roots (Descartes' rule), so that no root is missed.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+namespace slew {
+
+class Quartic {
+ public:
+  /// Through the values at 0, 1/4, 1/2, 3/4, 1.
+  static Quartic through(const std::array<double, 5>& v) {
+    return Quartic({v[0], (-13 * v[0] + 48 * v[1] - 36 * v[2] + 16 * v[3] - 3 * v[4]) / 12,
+                    (13 * v[0] - 64 * v[1] + 120 * v[2] - 64 * v[3] + 13 * v[4]) / 18,
+                    (-3 * v[0] + 16 * v[1] - 36 * v[2] + 48 * v[3] - 13 * v[4]) / 12, v[4]});
+  }
+
+  double at(double x) const {
+    std::array<double, 5> b = b_;
+    for (int n = 4; n > 0; --n)
+      for (int i = 0; i < n; ++i) b[i] += x * (b[i + 1] - b[i]);
+    return b[0];
+  }
+
+  /// sign * (this - offset).
+  Quartic shifted(double sign, double offset) const {
+    std::array<double, 5> b;
+    for (int i = 0; i < 5; ++i) b[i] = sign * (b_[i] - offset);
+    return Quartic(b);
+  }
+  /// The same curve from its other end.
+  Quartic reversed() const { return Quartic({b_[4], b_[3], b_[2], b_[1], b_[0]}); }
+
+  bool is_nowhere_positive() const {
+    return std::all_of(b_.begin(), b_.end(), [](double b) { return b <= 0; });
+  }
+
+  /// The first x in [0, 1] from which on it is positive; empty where it never is.
+  std::optional<double> first_positive() const { return first_positive(0, 1, 0); }
+
+ private:
+  explicit Quartic(const std::array<double, 5>& b) : b_(b) {}
+
+  std::optional<double> first_positive(double begin, double end, int depth) const {
+    constexpr int kDeepest = 48;
+    if (is_nowhere_positive()) return std::nullopt;
+    if (b_[0] > 0) return begin;
+    if (b_[4] > 0 && sign_changes() == 1) return begin + root() * (end - begin);
+    if (depth == kDeepest) return std::nullopt;  // touches zero for less than rounding
+    const double middle = 0.5 * (begin + end);
+    const auto [left, right] = halves();
+    if (const auto x = left.first_positive(begin, middle, depth + 1)) return x;
+    return right.first_positive(middle, end, depth + 1);
+  }
+
+  int sign_changes() const {
+    int changes = 0;
+    bool is_positive = false;
+    for (const double b : b_) {
+      if (b == 0 || (b > 0) == is_positive) continue;
+      is_positive = !is_positive;
+      ++changes;
+    }
+    return changes;
+  }
+
+  std::pair<Quartic, Quartic> halves() const {
+    std::array<double, 5> b = b_, left, right;
+    for (int n = 4; n >= 0; --n) {
+      left[4 - n] = b[0];
+      right[n] = b[n];
+      for (int i = 0; i < n; ++i) b[i] = 0.5 * (b[i] + b[i + 1]);
+    }
+    return {Quartic(left), Quartic(right)};
+  }
+
+  // Where it goes from not positive to positive, once: regula falsi that halves a value which stays
+  // (Dowell & Jarratt's Illinois rule).
+  double root() const {
+    double a = 0, b = 1, fa = b_[0], fb = b_[4];
+    int stayed = 0;
+    for (int i = 0; i < 100 && b - a > 1e-16 * b; ++i) {
+      double x = b - fb * (b - a) / (fb - fa);
+      if (!(x > a && x < b)) x = 0.5 * (a + b);
+      if (!(x > a && x < b)) break;
+      const double f = at(x);
+      if (f == 0) return x;
+      if (f > 0) {
+        b = x, fb = f;
+        if (stayed == 1) fa *= 0.5;
+        stayed = 1;
+      } else {
+        a = x, fa = f;
+        if (stayed == -1) fb *= 0.5;
+        stayed = -1;
+      }
+    }
+    return b;
+  }
+
+  std::array<double, 5> b_;
+};
+
+}  // namespace slew
