@@ -1,0 +1,185 @@
+#include "server/simulation/attitude_loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace slew {
+namespace {
+
+using Eigen::Vector3d;
+using Vector = Eigen::Map<Vector3d>;
+using ConstVector = Eigen::Map<const Vector3d>;
+
+}  // namespace
+
+std::vector<Thruster> thrusters_of(const AttitudeActuator& actuator) {
+  if (const auto* mounted = std::get_if<MountedThrusters>(&actuator)) return mounted->thrusters;
+  std::vector<Thruster> thrusters;
+  if (const auto* pairs = std::get_if<AxisThrusters>(&actuator))
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int sign : {1, -1}) {
+        Thruster thruster = pairs->valve;
+        thruster.couple_N_m = sign * pairs->torque_N_m[axis] * Vector3d::Unit(axis);
+        thruster.thrust_N = pairs->torque_N_m[axis] / pairs->lever_arm_m.value_or(1);
+        thrusters.push_back(thruster);
+      }
+  return thrusters;
+}
+
+const Propellant* propellant_of(const AttitudeActuator& actuator) {
+  if (const auto* mounted = std::get_if<MountedThrusters>(&actuator)) return &mounted->propellant;
+  if (const auto* pairs = std::get_if<AxisThrusters>(&actuator)) return &pairs->propellant;
+  return nullptr;
+}
+
+AttitudeLoop::AttitudeLoop(const AttitudeSpecification& specification)
+    : spec_(specification),
+      inverse_inertia_(specification.plant.inertia_kg_m2.inverse()),
+      ideal_(std::get_if<IdealTorque>(&spec_.actuator)),
+      attitude_size_(spec_.plant.attitude == AttitudeParameters::mrp ? 3 : 4) {
+  if (const auto* pairs = std::get_if<AxisThrusters>(&spec_.actuator)) {
+    modulator_ = &pairs->modulator;
+    for (int axis = 0; axis < 3; ++axis) channels_.push_back({pairs->torque_N_m[axis], true});
+  }
+  if (const auto* mounted = std::get_if<MountedThrusters>(&spec_.actuator)) {
+    modulator_ = &mounted->modulator;
+    allocation_.emplace(mounted->thrusters, mounted->allocation);
+    for (const Thruster& thruster : mounted->thrusters) channels_.push_back({thruster.thrust_N, false});
+  }
+  acts_within_steps_ = !is_sampled();
+  if (acts_within_steps_) {
+    if (pwpf()) filters_ = channels_.size();
+    observes_ = spec_.observer.has_value();
+  }
+  needs_law_ = acts_within_steps_ && (ideal_ || filters_ > 0 || observes_);
+}
+
+const PwpfModulator* AttitudeLoop::pwpf() const {
+  return modulator_ ? std::get_if<PwpfModulator>(modulator_) : nullptr;
+}
+
+AttitudeState AttitudeLoop::initial_state() const {
+  AttitudeState state{};
+  const AttitudeManeuver& maneuver = spec_.maneuver;
+  if (attitude_size_ == 3)
+    Vector(state.data()) = maneuver.initial_mrp;
+  else
+    Eigen::Map<Eigen::Vector4d>(state.data()) = euler_parameters<double>(maneuver.initial_mrp);
+  Vector(state.data() + rate_at()) = maneuver.initial_rate_rad_s;
+  if (!observes_) return state;
+  const AttitudeSight<double> sight{maneuver.initial_mrp, maneuver.initial_rate_rad_s,
+                                    maneuver.reference.at(0), 0};
+  const ObserverState<double> q =
+      initial_observer_state<double>(*spec_.observer, command(spec_.law, sight).surface_rad_s);
+  for (std::size_t i = 0; i < 3; ++i) Vector(state.data() + observer_at() + 3 * i) = q[i];
+  return state;
+}
+
+AttitudeState AttitudeLoop::absolute_tolerances(double relative) const {
+  AttitudeState absolute{};
+  std::fill_n(absolute.begin(), observer_at(), relative);
+  if (!observes_) return absolute;
+  // Q holds K1 s with the other sign: no better than the rates times K1.
+  const std::array<double, 3> gains = observer_gains(spec_.observer->pole_rad_s);
+  const double inertia = spec_.observer->inertia_kg_m2.cwiseAbs().maxCoeff();
+  for (std::size_t i = 0; i < 9; ++i) absolute[observer_at() + i] = relative * gains[i / 3] * inertia;
+  return absolute;
+}
+
+Vector3d AttitudeLoop::mrp_of(const double* state) const {
+  if (attitude_size_ == 3) return ConstVector(state);
+  return mrp<double>(Eigen::Map<const Eigen::Vector4d>(state));
+}
+
+AttitudeDemand AttitudeLoop::demand(const AttitudeHold& hold, double t_s, const double* state) const {
+  AttitudeSight<double> sight{mrp_of(state), rate_of(state), {}, hold.began_s};
+  if (!spec_.maneuver.reference.is_fixed()) sight.reference = spec_.maneuver.reference.at(t_s);
+  AttitudeDemand demand;
+  demand.law = command(spec_.law, sight);
+  demand.torque_N_m = demand.law.torque_N_m;
+  if (!observes_) return demand;
+  const double* q = state + observer_at();
+  demand.estimate_N_m =
+      estimated_disturbance<double>(*spec_.observer, {ConstVector(q), ConstVector(q + 3), ConstVector(q + 6)},
+                                    demand.law.surface_rad_s)[0];
+  demand.torque_N_m -= demand.estimate_N_m;
+  return demand;
+}
+
+void AttitudeLoop::allocate(const Vector3d& torque_N_m, std::span<double> demands) const {
+  if (allocation_) return allocation_->allocate(torque_N_m, demands);
+  for (int axis = 0; axis < 3; ++axis) demands[axis] = torque_N_m[axis];
+}
+
+double AttitudeLoop::filter_limit(std::size_t channel, double demand, int output) const {
+  const PwpfModulator& modulator = *pwpf();
+  const double level = channels_[channel].level;
+  switch (modulator.input) {
+    case ModulatorInput::raw:
+      return modulator.gain * (demand - output * level);
+    case ModulatorInput::clipped:
+      return modulator.gain * (std::clamp(demand, -level, level) - output * level);
+    case ModulatorInput::scaled:
+      return modulator.gain * (demand / level - output);
+  }
+  return 0;
+}
+
+Vector3d AttitudeLoop::limited(const Vector3d& torque_N_m) const {
+  if (!ideal_ || !ideal_->maximum_N_m) return torque_N_m;
+  return torque_N_m.cwiseMax(-*ideal_->maximum_N_m).cwiseMin(*ideal_->maximum_N_m);
+}
+
+Vector3d AttitudeLoop::torque(const AttitudeHold& hold, double t_s, const AttitudeDemand& demand) const {
+  if (ideal_ && acts_within_steps_) return limited(demand.torque_N_m);
+  return hold.torque_N_m + (t_s - hold.torque_began_s) * hold.torque_slope_N_m_s;
+}
+
+void AttitudeLoop::slope(const AttitudeHold& hold, double t_s, const AttitudeState& state,
+                         AttitudeState& slope) const {
+  const Vector3d w = rate_of(state.data());
+  if (attitude_size_ == 3)
+    Vector(slope.data()) = mrp_rate<double>(ConstVector(state.data()), w);
+  else
+    Eigen::Map<Eigen::Vector4d>(slope.data()) =
+        euler_parameter_rate<double>(Eigen::Map<const Eigen::Vector4d>(state.data()), w);
+
+  AttitudeDemand demand;
+  if (needs_law_) demand = this->demand(hold, t_s, state.data());
+  const Vector3d torque = this->torque(hold, t_s, demand);
+  Vector3d outer = hold.disturbance_N_m;
+  for (const BodySinusoid& one : spec_.disturbances.sinusoids)
+    outer += std::sin(one.frequency_rad_s * t_s + one.phase_rad) * one.amplitude_N_m;
+  Vector(slope.data() + rate_at()) =
+      angular_acceleration<double>(spec_.plant.inertia_kg_m2, inverse_inertia_, w, torque + outer);
+
+  if (filters_ > 0) {
+    std::array<double, kMaxThrusters> demands;
+    allocate(demand.torque_N_m, std::span(demands).first(channels_.size()));
+    const double time_constant = pwpf()->time_constant_s;
+    for (std::size_t c = 0; c < filters_; ++c)
+      slope[filters_at() + c] =
+          (filter_limit(c, demands[c], hold.outputs[c]) - state[filters_at() + c]) / time_constant;
+  }
+  if (!observes_) return;
+  Vector3d input = torque;
+  if (spec_.observer->feeding == ObserverFeeding::applied_minus_equivalent)
+    input -= demand.law.equivalent_N_m;
+  if (spec_.observer->feeding == ObserverFeeding::commanded)
+    input = demand.torque_N_m - demand.law.equivalent_N_m;
+  const double* q = state.data() + observer_at();
+  const ObserverState<double> z =
+      estimated_disturbance<double>(*spec_.observer, {ConstVector(q), ConstVector(q + 3), ConstVector(q + 6)},
+                                    demand.law.surface_rad_s);
+  const ObserverState<double> moves = observer_slope<double>(*spec_.observer, z, input);
+  for (std::size_t i = 0; i < 3; ++i) Vector(slope.data() + observer_at() + 3 * i) = moves[i];
+}
+
+void AttitudeLoop::switch_to_shadow(AttitudeState& state) const {
+  if (attitude_size_ == 3)
+    Vector(state.data()) = mrp_shadow<double>(ConstVector(state.data()));
+  else
+    for (std::size_t i = 0; i < 4; ++i) state[i] = -state[i];
+}
+
+}  // namespace slew
