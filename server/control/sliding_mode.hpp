@@ -46,8 +46,7 @@ struct SlidingMode : AttitudeLawTraits {
     const Vector3<Scalar> v = mrp_rate(p, rate_rad_s);
     const Vector3<Scalar> desired_acceleration =
         lambda_1_s.cwiseProduct(v - reference.rate_1_s) + reference.acceleration_1_s2;
-    const Scalar along_p = p.dot(v), across = v.dot(m), along_m = p.dot(m);
-    const Vector3<Scalar> turning = 0.5 * (v.cross(m) + across * p + along_m * v - along_p * m);
+    const Vector3<Scalar> turning = 0.5 * (v.cross(m) + v.dot(m) * p + p.dot(m) * v - p.dot(v) * m);
     return rate_of_mrp_rate<Scalar>(p, desired_acceleration - turning);
   }
 
@@ -60,9 +59,9 @@ struct SlidingMode : AttitudeLawTraits {
     command.surface_rad_s = w - m;                // Eq. 7
     command.equivalent_N_m = w.cross(momentum) +  // Eq. 11, with J^ for J
                              inertia_kg_m2 * manifold_rate(sight.mrp, w, sight.reference, m);
-    const Vector3<Scalar> correction =  // Eq. 12, the same
+    const Vector3<Scalar> correction =
         gain_rad_s2.cwiseProduct(saturation(command.surface_rad_s, boundary_layer_rad_s));
-    command.torque_N_m = command.equivalent_N_m - inertia_kg_m2 * correction;  // Eq. 10
+    command.torque_N_m = command.equivalent_N_m - inertia_kg_m2 * correction;  // Eqs. 10 and 12, J^ again
     return command;
   }
 };
