@@ -60,7 +60,8 @@ class AttitudeLoop {
   std::size_t size() const { return observer_at() + (observes_ ? 9 : 0); }
 
   AttitudeState initial_state() const;
-  /// Scales for a propagator's error below which a component counts as zero: `relative` of what they are here.
+  /// Scales for a propagator's error below which a component counts as zero: `relative` of what they are
+  /// here.
   AttitudeState absolute_tolerances(double relative) const;
 
   Eigen::Vector3d mrp_of(const double* state) const;

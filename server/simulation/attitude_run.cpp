@@ -1,5 +1,5 @@
-// The three-axis loop: a law evaluated continuously by Dormand & Prince with events, a sampled one by a step of
-// Runge & Kutta's between two things that happen. The order of a step is server/doc/step.md's.
+// The three-axis loop: a law evaluated continuously by Dormand & Prince with events, a sampled one by a step
+// of Runge & Kutta's between two things that happen. The order of a step is server/doc/step.md's.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -66,8 +66,7 @@ class AttitudeRun final : public Run {
   std::size_t channel_count() const { return loop_->channels().size(); }
   bool is_signed(std::size_t c) const { return loop_->channels()[c].is_signed; }
   auto slope() const {
-    return
-        [this](double t, const AttitudeState& x, AttitudeState& dx) { loop_->slope(hold_, t, x, dx); };
+    return [this](double t, const AttitudeState& x, AttitudeState& dx) { loop_->slope(hold_, t, x, dx); };
   }
 
   void open_step(SampleSink& sink);
@@ -105,7 +104,7 @@ class AttitudeRun final : public Run {
   const AttitudeEvents events_;
   const AttitudeState absolute_;
   const Thresholds thresholds_;
-  const bool looks_at_law_;             ///< triggers do, at every instant
+  const bool looks_at_law_;                ///< triggers do, at every instant
   const bool valves_differ_from_outputs_;  ///< by delays or faults
 
   double t_s_ = 0;
@@ -195,8 +194,8 @@ AttitudeRun::AttitudeRun(const AttitudeSpecification& specification)
   report_.propagator.name = loop_->is_sampled() ? "runge_kutta_4" : "dormand_prince_5_4";
   report_.events.reserve(kReportedEvents);
   for (const double t_s : spec().output_times_s)
-    report_.outputs.push_back({t_s, std::vector<double>(columns_->state.size()),
-                               std::vector<double>(columns_->thrusters.size())});
+    report_.outputs.push_back(
+        {t_s, std::vector<double>(columns_->state.size()), std::vector<double>(columns_->thrusters.size())});
   digest_state();
 }
 
@@ -303,9 +302,9 @@ void AttitudeRun::take_sample(SampleSink& sink) {
   held_.law = command(spec().law, sight);
   if (observer_) {
     // Q moves over the period that has ended, in which s was what the sample before saw.
-    observer_state_ =
-        sample_ == 0 ? initial_observer_state<double>(*spec().observer, held_.law.surface_rad_s)
-                     : observer_->step(observer_state_, surface_before, input_N_m_ + impulse_N_m_s_ / period_s);
+    observer_state_ = sample_ == 0 ? initial_observer_state<double>(*spec().observer, held_.law.surface_rad_s)
+                                   : observer_->step(observer_state_, surface_before,
+                                                     input_N_m_ + impulse_N_m_s_ / period_s);
     held_.estimate_N_m = observer_->estimate(observer_state_, held_.law.surface_rad_s)[0];
     impulse_N_m_s_.setZero();
   }
@@ -545,7 +544,8 @@ void AttitudeRun::fly_segment(double limit_s) {
       channel.limit = loop_->filter_limit(c, channel.demand, channel.output);
       if (channel.free_from_s > t_s_) continue;
       const auto try_threshold = [&](double threshold, int output) {
-        const double at_s = t_s_ + lag_reaches_s(channel.filter, channel.limit, pwpf->time_constant_s, threshold);
+        const double at_s =
+            t_s_ + lag_reaches_s(channel.filter, channel.limit, pwpf->time_constant_s, threshold);
         if (at_s >= end_s_) return;
         end_s_ = at_s;
         ends_at_ = Crossing{1, c, output};
@@ -678,9 +678,9 @@ void AttitudeRun::fill_row(double t_s, std::span<double> state, std::span<double
   if (spec().observer) put(demand.estimate_N_m);
   if (const PwpfModulator* pwpf = loop_->pwpf())
     for (std::size_t c = 0; c < channel_count(); ++c)
-      state[at++] = loop_->is_sampled() ? lag_after(channel_[c].filter, channel_[c].limit,
-                                                    pwpf->time_constant_s, t_s - t_s_)
-                                        : x[loop_->filters_at() + c];
+      state[at++] = loop_->is_sampled()
+                        ? lag_after(channel_[c].filter, channel_[c].limit, pwpf->time_constant_s, t_s - t_s_)
+                        : x[loop_->filters_at() + c];
   const Vector3d torque = loop_->torque(hold_, t_s, demand);
   for (int axis = 0; axis < 3; ++axis) {
     thrusters[axis] = torque[axis];
