@@ -180,4 +180,16 @@ void AttitudeLoop::switch_to_shadow(AttitudeState& state) const {
     for (std::size_t i = 0; i < 4; ++i) state[i] = -state[i];
 }
 
+Vector3d AttitudeLoop::surface(const AttitudeHold& hold, double t_s, const double* state) const {
+  return demand(hold, t_s, state).law.surface_rad_s;
+}
+
+void AttitudeLoop::jump(AttitudeState& state, const Vector3d& surface_jump_rad_s) const {
+  if (!observes_) return;
+  const std::array<double, 3> gains = observer_gains(spec_.observer->pole_rad_s);
+  for (std::size_t i = 0; i < 3; ++i)
+    Vector(state.data() + observer_at() + 3 * i) -=
+        gains[i] * spec_.observer->inertia_kg_m2 * surface_jump_rad_s;
+}
+
 }  // namespace slew

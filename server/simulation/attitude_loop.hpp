@@ -78,8 +78,12 @@ class AttitudeLoop {
   /// T that acts at t on a state; `demand` is looked at where any torque may be had.
   Eigen::Vector3d torque(const AttitudeHold& hold, double t_s, const AttitudeDemand& demand) const;
   void slope(const AttitudeHold& hold, double t_s, const AttitudeState& state, AttitudeState& slope) const;
+  /// s of the law at a state; zero where it has none.
+  Eigen::Vector3d surface(const AttitudeHold& hold, double t_s, const double* state) const;
   /// The other set of parameters of the same attitude.
   void switch_to_shadow(AttitudeState& state) const;
+  /// Keeps what the observer has estimated where s has jumped.
+  void jump(AttitudeState& state, const Eigen::Vector3d& surface_jump_rad_s) const;
 
  private:
   const AttitudeSpecification spec_;
