@@ -8,9 +8,9 @@
 
 namespace slew {
 
-/// State: p, q where the plant has it, w, s of a law with a surface, the estimated disturbance of an observer, the
-/// filters of a modulator. Thrusters: T, what the law asks for, then of each thruster whether its valve is open and
-/// how long it has been.
+/// State: p, q where the plant has it, w, s of a law with a surface, the estimated disturbance of an
+/// observer, the filters of a modulator. Thrusters: T, what the law asks for, then of each thruster whether
+/// its valve is open and how long it has been.
 ChannelTable attitude_channels(const AttitudeLoop& loop);
 
 /// Where each kind of event is among attitude_event_channels().

@@ -99,9 +99,8 @@ AttitudeDemand AttitudeLoop::demand(const AttitudeHold& hold, double t_s, const 
   demand.torque_N_m = demand.law.torque_N_m;
   if (!observes_) return demand;
   const double* q = state + observer_at();
-  demand.estimate_N_m =
-      estimated_disturbance<double>(*spec_.observer, {ConstVector(q), ConstVector(q + 3), ConstVector(q + 6)},
-                                    demand.law.surface_rad_s)[0];
+  demand.estimate_N_m = estimated_disturbance<double>(
+      *spec_.observer, {ConstVector(q), ConstVector(q + 3), ConstVector(q + 6)}, demand.law.surface_rad_s)[0];
   demand.torque_N_m -= demand.estimate_N_m;
   return demand;
 }
@@ -168,9 +167,8 @@ void AttitudeLoop::slope(const AttitudeHold& hold, double t_s, const AttitudeSta
   if (spec_.observer->feeding == ObserverFeeding::commanded)
     input = demand.torque_N_m - demand.law.equivalent_N_m;
   const double* q = state.data() + observer_at();
-  const ObserverState<double> z =
-      estimated_disturbance<double>(*spec_.observer, {ConstVector(q), ConstVector(q + 3), ConstVector(q + 6)},
-                                    demand.law.surface_rad_s);
+  const ObserverState<double> z = estimated_disturbance<double>(
+      *spec_.observer, {ConstVector(q), ConstVector(q + 3), ConstVector(q + 6)}, demand.law.surface_rad_s);
   const ObserverState<double> moves = observer_slope<double>(*spec_.observer, z, input);
   for (std::size_t i = 0; i < 3; ++i) Vector(slope.data() + observer_at() + 3 * i) = moves[i];
 }
@@ -180,6 +178,18 @@ void AttitudeLoop::switch_to_shadow(AttitudeState& state) const {
     Vector(state.data()) = mrp_shadow<double>(ConstVector(state.data()));
   else
     for (std::size_t i = 0; i < 4; ++i) state[i] = -state[i];
+}
+
+Vector3d AttitudeLoop::surface(const AttitudeHold& hold, double t_s, const double* state) const {
+  return demand(hold, t_s, state).law.surface_rad_s;
+}
+
+void AttitudeLoop::jump(AttitudeState& state, const Vector3d& surface_jump_rad_s) const {
+  if (!observes_) return;
+  const std::array<double, 3> gains = observer_gains(spec_.observer->pole_rad_s);
+  for (std::size_t i = 0; i < 3; ++i)
+    Vector(state.data() + observer_at() + 3 * i) -=
+        gains[i] * spec_.observer->inertia_kg_m2 * surface_jump_rad_s;
 }
 
 }  // namespace slew

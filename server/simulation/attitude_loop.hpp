@@ -60,7 +60,8 @@ class AttitudeLoop {
   std::size_t size() const { return observer_at() + (observes_ ? 9 : 0); }
 
   AttitudeState initial_state() const;
-  /// Scales for a propagator's error below which a component counts as zero: `relative` of what they are here.
+  /// Scales for a propagator's error below which a component counts as zero: `relative` of what they are
+  /// here.
   AttitudeState absolute_tolerances(double relative) const;
 
   Eigen::Vector3d mrp_of(const double* state) const;
@@ -77,8 +78,12 @@ class AttitudeLoop {
   /// T that acts at t on a state; `demand` is looked at where any torque may be had.
   Eigen::Vector3d torque(const AttitudeHold& hold, double t_s, const AttitudeDemand& demand) const;
   void slope(const AttitudeHold& hold, double t_s, const AttitudeState& state, AttitudeState& slope) const;
+  /// s of the law at a state; zero where it has none.
+  Eigen::Vector3d surface(const AttitudeHold& hold, double t_s, const double* state) const;
   /// The other set of parameters of the same attitude.
   void switch_to_shadow(AttitudeState& state) const;
+  /// Keeps what the observer has estimated where s has jumped.
+  void jump(AttitudeState& state, const Eigen::Vector3d& surface_jump_rad_s) const;
 
  private:
   const AttitudeSpecification spec_;

@@ -41,8 +41,8 @@ class AttitudeMetrics {
   double angular_impulse_N_m_s_ = 0, effort_N2_m2_s_ = 0;
 };
 
-/// What the thrusters tell of themselves up to t. By sign only where they stand in pairs: the first, third, ... of
-/// six without position push towards +.
+/// What the thrusters tell of themselves up to t. By sign only where they stand in pairs: the first, third,
+/// ... of six without position push towards +.
 void add_thrusters(const ThrusterBank& bank, std::optional<double> gas_density_kg_m3, double t_s,
                    Metrics& metrics);
 

@@ -1,5 +1,5 @@
-// The three-axis loop: a law evaluated continuously by Dormand & Prince with events, a sampled one by a step of
-// Runge & Kutta's between two things that happen. The order of a step is server/doc/step.md's.
+// The three-axis loop: a law evaluated continuously by Dormand & Prince with events, a sampled one by a step
+// of Runge & Kutta's between two things that happen. The order of a step is server/doc/step.md's.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -25,8 +25,8 @@ using Eigen::Vector3d;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr std::array<double, 5> kNodes{0, 0.25, 0.5, 0.75, 1};
 /// What a step of the classical Runge-Kutta method may turn by, or accelerate by, rad: its error is
-/// x^5/120, below 1e-12.
-constexpr double kTurnPerStep_rad = 0.01;
+/// x^5/120, below 1e-12. And of a sinusoidal disturbance's phase, of which it makes x^4/2880.
+constexpr double kTurnPerStep_rad = 0.01, kPhasePerStep_rad = 0.03;
 constexpr int kChangesAtOneInstant = 256;
 
 /// What the triggers of the channels look at, and behind them |p|^2.
@@ -66,13 +66,13 @@ class AttitudeRun final : public Run {
   std::size_t channel_count() const { return loop_->channels().size(); }
   bool is_signed(std::size_t c) const { return loop_->channels()[c].is_signed; }
   auto slope() const {
-    return
-        [this](double t, const AttitudeState& x, AttitudeState& dx) { loop_->slope(hold_, t, x, dx); };
+    return [this](double t, const AttitudeState& x, AttitudeState& dx) { loop_->slope(hold_, t, x, dx); };
   }
 
   void open_step(SampleSink& sink);
   void change_what_is_due(SampleSink& sink);
   void take_sample(SampleSink& sink);
+  void switch_to_shadow(SampleSink& sink);
   void set_demand(std::size_t c, double demand, SampleSink& sink);
   void set_outputs(SampleSink& sink);
   int wanted(std::size_t c, double look) const;
@@ -105,8 +105,9 @@ class AttitudeRun final : public Run {
   const AttitudeEvents events_;
   const AttitudeState absolute_;
   const Thresholds thresholds_;
-  const bool looks_at_law_;             ///< triggers do, at every instant
+  const bool looks_at_law_;                ///< triggers do, at every instant
   const bool valves_differ_from_outputs_;  ///< by delays or faults
+  const double fastest_disturbance_rad_s_;
 
   double t_s_ = 0;
   AttitudeState state_{};
@@ -154,6 +155,13 @@ AttitudeState scaled_tolerances(const AttitudeLoop& loop) {
   return loop.absolute_tolerances(1e-3 * loop.specification().relative_tolerance);
 }
 
+double fastest_rad_s(const BodyDisturbances& disturbances) {
+  double fastest = 0;
+  for (const BodySinusoid& one : disturbances.sinusoids)
+    fastest = std::max(fastest, std::abs(one.frequency_rad_s));
+  return fastest;
+}
+
 bool valves_are_late_or_broken(const AttitudeSpecification& spec) {
   const auto thrusters = thrusters_of(spec.actuator);
   return std::any_of(thrusters.begin(), thrusters.end(), [](const Thruster& thruster) {
@@ -176,6 +184,7 @@ AttitudeRun::AttitudeRun(const AttitudeSpecification& specification)
       }()),
       looks_at_law_(loop_->acts_within_steps() && loop_->modulator() && !loop_->pwpf()),
       valves_differ_from_outputs_(valves_are_late_or_broken(specification)),
+      fastest_disturbance_rad_s_(fastest_rad_s(specification.disturbances)),
       state_(loop_->initial_state()),
       integrator_(loop_->size()),
       segment_(loop_->size()),
@@ -195,8 +204,8 @@ AttitudeRun::AttitudeRun(const AttitudeSpecification& specification)
   report_.propagator.name = loop_->is_sampled() ? "runge_kutta_4" : "dormand_prince_5_4";
   report_.events.reserve(kReportedEvents);
   for (const double t_s : spec().output_times_s)
-    report_.outputs.push_back({t_s, std::vector<double>(columns_->state.size()),
-                               std::vector<double>(columns_->thrusters.size())});
+    report_.outputs.push_back(
+        {t_s, std::vector<double>(columns_->state.size()), std::vector<double>(columns_->thrusters.size())});
   digest_state();
 }
 
@@ -273,8 +282,7 @@ void AttitudeRun::change_what_is_due(SampleSink& sink) {
   }
   if (next_sample_s_ <= t_s_) take_sample(sink);
   if (ends_at_ && ends_at_->channel == channel_count()) {
-    loop_->switch_to_shadow(state_);
-    event(events_.shadow, 1, sink);
+    switch_to_shadow(sink);
     ends_at_.reset();
   }
   if (!bank_) return;
@@ -288,10 +296,7 @@ void AttitudeRun::change_what_is_due(SampleSink& sink) {
 void AttitudeRun::take_sample(SampleSink& sink) {
   const double period_s = *spec().sample_period_s;
   if (const auto& most = spec().plant.shadow_switch_norm)
-    if (loop_->mrp_of(state_.data()).squaredNorm() > *most * *most) {
-      loop_->switch_to_shadow(state_);
-      event(events_.shadow, 1, sink);
-    }
+    if (loop_->mrp_of(state_.data()).squaredNorm() > *most * *most) switch_to_shadow(sink);
   AttitudeSight<double> sight{loop_->mrp_of(state_.data()), loop_->rate_of(state_.data()), {}, t_s_};
   if (sensor_) {
     const AttitudeReading reading = sensor_->read(sight.mrp, sight.rate_rad_s);
@@ -303,9 +308,9 @@ void AttitudeRun::take_sample(SampleSink& sink) {
   held_.law = command(spec().law, sight);
   if (observer_) {
     // Q moves over the period that has ended, in which s was what the sample before saw.
-    observer_state_ =
-        sample_ == 0 ? initial_observer_state<double>(*spec().observer, held_.law.surface_rad_s)
-                     : observer_->step(observer_state_, surface_before, input_N_m_ + impulse_N_m_s_ / period_s);
+    observer_state_ = sample_ == 0 ? initial_observer_state<double>(*spec().observer, held_.law.surface_rad_s)
+                                   : observer_->step(observer_state_, surface_before,
+                                                     input_N_m_ + impulse_N_m_s_ / period_s);
     held_.estimate_N_m = observer_->estimate(observer_state_, held_.law.surface_rad_s)[0];
     impulse_N_m_s_.setZero();
   }
@@ -327,6 +332,20 @@ void AttitudeRun::take_sample(SampleSink& sink) {
     hold_.torque_began_s = t_s_;
   }
   next_sample_s_ = static_cast<double>(++sample_) * period_s;
+}
+
+// s jumps with p; what the observer has estimated does not.
+void AttitudeRun::switch_to_shadow(SampleSink& sink) {
+  const Vector3d before = loop_->surface(hold_, t_s_, state_.data());
+  loop_->switch_to_shadow(state_);
+  const Vector3d jump = loop_->surface(hold_, t_s_, state_.data()) - before;
+  if (observer_)
+    for (std::size_t i = 0; i < 3; ++i)
+      observer_state_[i] -=
+          observer_gains(spec().observer->pole_rad_s)[i] * spec().observer->inertia_kg_m2 * jump;
+  else
+    loop_->jump(state_, jump);
+  event(events_.shadow, 1, sink);
 }
 
 void AttitudeRun::set_demand(std::size_t c, double demand, SampleSink& sink) {
@@ -545,7 +564,8 @@ void AttitudeRun::fly_segment(double limit_s) {
       channel.limit = loop_->filter_limit(c, channel.demand, channel.output);
       if (channel.free_from_s > t_s_) continue;
       const auto try_threshold = [&](double threshold, int output) {
-        const double at_s = t_s_ + lag_reaches_s(channel.filter, channel.limit, pwpf->time_constant_s, threshold);
+        const double at_s =
+            t_s_ + lag_reaches_s(channel.filter, channel.limit, pwpf->time_constant_s, threshold);
         if (at_s >= end_s_) return;
         end_s_ = at_s;
         ends_at_ = Crossing{1, c, output};
@@ -562,10 +582,12 @@ void AttitudeRun::fly_segment(double limit_s) {
   const Vector3d acceleration = loop_->rate_of(segment_.first_slope().data());
   const Vector3d rate = loop_->rate_of(state_.data());
   double h = end_s_ - t_s_;
-  const double turn = h * std::sqrt(rate.squaredNorm() + acceleration.norm());
-  if (!std::isfinite(turn)) return fail("diverged", "the state has grown beyond what can be calculated with");
-  if (turn > kTurnPerStep_rad) {
-    h /= std::ceil(turn / kTurnPerStep_rad);
+  const double parts = h * std::max(std::sqrt(rate.squaredNorm() + acceleration.norm()) / kTurnPerStep_rad,
+                                    fastest_disturbance_rad_s_ / kPhasePerStep_rad);
+  if (!std::isfinite(parts))
+    return fail("diverged", "the state has grown beyond what can be calculated with");
+  if (parts > 1) {
+    h /= std::ceil(parts);
     end_s_ = t_s_ + h;
     ends_at_.reset();
   }
@@ -678,9 +700,9 @@ void AttitudeRun::fill_row(double t_s, std::span<double> state, std::span<double
   if (spec().observer) put(demand.estimate_N_m);
   if (const PwpfModulator* pwpf = loop_->pwpf())
     for (std::size_t c = 0; c < channel_count(); ++c)
-      state[at++] = loop_->is_sampled() ? lag_after(channel_[c].filter, channel_[c].limit,
-                                                    pwpf->time_constant_s, t_s - t_s_)
-                                        : x[loop_->filters_at() + c];
+      state[at++] = loop_->is_sampled()
+                        ? lag_after(channel_[c].filter, channel_[c].limit, pwpf->time_constant_s, t_s - t_s_)
+                        : x[loop_->filters_at() + c];
   const Vector3d torque = loop_->torque(hold_, t_s, demand);
   for (int axis = 0; axis < 3; ++axis) {
     thrusters[axis] = torque[axis];

@@ -127,6 +127,43 @@ TEST(SampledDisturbanceObserver, NearsTheContinuousOneAsThePeriodFalls) {
   EXPECT_NEAR(error(1e-3) / error(1e-4), 10, 1);
 }
 
+TEST(SampledDisturbanceObserver, ExactWhereTheSurfaceFunctionIsStraight) {
+  RandomAttitude random;
+  for (int i = 0; i < 20; ++i) {
+    DisturbanceObserver observer;
+    observer.pole_rad_s = random.between(1, 20);
+    observer.inertia_kg_m2 = random.inertia_kg_m2();
+    const double period = random.between(.01, .3);
+    const Vector3d began = random.vector(.1), ended = random.vector(.1), input = random.vector(2);
+    Columns q;
+    q << random.vector(10), random.vector(100), random.vector(1000);
+    const ObserverState<double> next =
+        SampledDisturbanceObserver(observer, period).step(state(q), began, ended, input);
+    const double size = q.norm() + estimated_disturbance<double>(observer, state(q), began)[2].norm();
+    const int steps = 1000;
+    for (int k = 0; k < steps; ++k)
+      q = stepped(
+          observer, q, k * period / steps, period / steps,
+          [&](double t) { return Vector3d(began + t / period * (ended - began)); },
+          [&](double) { return input; });
+    EXPECT_LE((columns(next) - q).norm(), 1e-10 * size);
+  }
+}
+
+TEST(SampledDisturbanceObserver, AnswersToAStepAsPublishedWhateverThePeriod) {
+  const DisturbanceObserver observer = published_observer();
+  const Vector3d disturbance(0, 0, .05), torque(.3, -.2, .1), slope = (disturbance + torque) / 114;
+  for (double period : {.1, .02}) {
+    const SampledDisturbanceObserver sampled(observer, period);
+    ObserverState<double> q = initial_observer_state<double>(observer, Vector3d::Zero());
+    for (double t = 0; t < 2; t += period) {
+      const double answer = 1 - std::exp(-10 * t) * (1 - 20 * t + 50 * t * t);
+      EXPECT_LE((sampled.estimate(q, slope * t)[0] - answer * disturbance).norm(), 1e-12) << t;
+      q = sampled.step(q, slope * t, slope * (t + period), torque);
+    }
+  }
+}
+
 TEST(SampledDisturbanceObserver, NothingIsEstimatedAtFirst) {
   RandomAttitude random;
   const DisturbanceObserver observer = published_observer();
