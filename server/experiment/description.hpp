@@ -3,6 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include "server/simulation/attitude.hpp"
 #include "server/simulation/axis.hpp"
 
 namespace slew {
@@ -10,12 +11,17 @@ namespace slew {
 /// Inertia, frequencies clamped and free, poles.
 nlohmann::json plant_document(const SingleAxisPlant& plant);
 
+/// Inertia, principal moments and axes.
+nlohmann::json rigid_body_document(const RigidBodyPlant& plant);
+
 /// All but warnings and request.
 nlohmann::json system_document(const LinearAxisSpecification& specification);
 nlohmann::json system_document(const OnOffAxisSpecification& specification);
+nlohmann::json system_document(const AttitudeSpecification& specification);
 
 /// What a picture of the design is drawn from. `type` tells what there is.
 nlohmann::json design_document(const LinearAxisSpecification& specification);
 nlohmann::json design_document(const OnOffAxisSpecification& specification);
+nlohmann::json design_document(const AttitudeSpecification& specification);
 
 }  // namespace slew

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "server/experiment/attitude_request.hpp"
 #include "server/experiment/axis_request.hpp"
 #include "server/experiment/limits.hpp"
 #include "server/experiment/linear_axis_request.hpp"
@@ -116,6 +117,7 @@ TimingSpecification specify_timing(const json& timing) {
 }
 
 System specify(const json& resolved) {
+  if (is_attitude_law(resolved.at("controller"))) return specify_attitude(resolved);
   if (is_linear_law(resolved.at("controller"))) return specify_linear_axis(resolved);
   return specify_on_off_axis(resolved);
 }
@@ -126,11 +128,17 @@ std::unique_ptr<Run> run_of(const OnOffAxisSpecification& spec) {
 std::unique_ptr<Run> run_of(const LinearAxisSpecification& spec) {
   return make_linear_axis_run(spec);
 }
+std::unique_ptr<Run> run_of(const AttitudeSpecification& spec) {
+  return make_attitude_run(spec);
+}
 std::unique_ptr<Run> verification_of(const OnOffAxisSpecification& spec) {
   return make_on_off_axis_verification(spec);
 }
 std::unique_ptr<Run> verification_of(const LinearAxisSpecification& spec) {
   return make_linear_axis_verification(spec);
+}
+std::unique_ptr<Run> verification_of(const AttitudeSpecification& spec) {
+  return make_attitude_verification(spec);
 }
 
 }  // namespace

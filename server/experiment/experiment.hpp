@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/experiment/document.hpp"
+#include "server/simulation/attitude.hpp"
 #include "server/simulation/axis.hpp"
 #include "server/simulation/run.hpp"
 
@@ -36,7 +37,7 @@ struct TelemetrySpecification {
 };
 
 /// What a request asks to be flown.
-using System = std::variant<OnOffAxisSpecification, LinearAxisSpecification>;
+using System = std::variant<OnOffAxisSpecification, LinearAxisSpecification, AttitudeSpecification>;
 
 /// A request that may be flown. Immutable; any number of runs can be made from it.
 struct Prepared {

@@ -1,8 +1,10 @@
 // What the plant of a request is made of: mass properties, modes and their couplings to the hub.
 #include <numbers>
 
+#include "server/experiment/description.hpp"
 #include "server/experiment/experiment.hpp"
 #include "server/experiment/frame_request.hpp"
+#include "server/experiment/law_fields.hpp"
 #include "server/propagation/modal_basis.hpp"
 
 namespace slew {
@@ -12,16 +14,12 @@ using nlohmann::json;
 
 constexpr double kRadPerCycle = 2 * std::numbers::pi;
 
-const SingleAxisPlant& plant_of(const Prepared& prepared) {
-  return std::visit([](const auto& spec) -> const SingleAxisPlant& { return spec.plant; }, prepared.system);
-}
-
 json numbers(const Eigen::VectorXd& values) {
   return std::vector<double>(values.begin(), values.end());
 }
 
-json rows(const Eigen::Matrix3d& matrix) {
-  return {numbers(matrix.row(0)), numbers(matrix.row(1)), numbers(matrix.row(2))};
+json flown(const RigidBodyPlant& plant) {
+  return rigid_body_document(plant);
 }
 
 // As it flies: only the modes that are kept.
@@ -50,8 +48,8 @@ json whole_frame(const json& plant, const DerivedFrame& frame) {
           {"moving_coordinates", frame.assembled.moving(FrameBoundary::kClamped).size()},
           {"mass_kg", mass.mass_kg},
           {"centre_m", numbers(mass.centre_m)},
-          {"inertia_about_origin_kg_m2", rows(mass.inertia_about_origin_kg_m2)},
-          {"inertia_about_centre_kg_m2", rows(mass.inertia_about_centre_kg_m2)},
+          {"inertia_about_origin_kg_m2", rows_of(mass.inertia_about_origin_kg_m2)},
+          {"inertia_about_centre_kg_m2", rows_of(mass.inertia_about_centre_kg_m2)},
           {"axis", numbers(hub_axis(plant))},
           {"inertia_kg_m2", frame.coupling.inertia_kg_m2},
           {"modal_inertia_kg_m2", frame.coupling.modal_inertia_kg_m2},
@@ -67,7 +65,7 @@ json whole_frame(const json& plant, const DerivedFrame& frame) {
 json model(const Prepared& prepared) {
   json request = json::parse(prepared.resolved);
   const json& requested = request.at("plant");
-  json plant = flown(plant_of(prepared)), frame;
+  json plant = std::visit([](const auto&spec) { return flown(spec.plant); }, prepared.system), frame;
   plant["type"] = requested.at("type");
   if (is_frame(requested)) {
     const DerivedFrame derived = derive_frame(requested);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "server/actuator/switching_delay.hpp"
+#include "server/experiment/attitude_request.hpp"
 #include "server/experiment/frame_request.hpp"
 #include "server/experiment/limits.hpp"
 #include "server/experiment/linear_axis_request.hpp"
@@ -118,6 +119,16 @@ void check_damping(const SoundFields& fields, const Violate& violate) {
               number(*damping), "less than 1, or another evaluation and no friction");
 }
 
+// What is about one axis.
+void check_axis(const SoundFields& fields, const Violate& violate) {
+  check_regularisation(fields, violate);
+  check_end_box(fields, violate);
+  check_schmitt_trigger(fields, violate);
+  check_firing_program(fields, violate);
+  check_linear_law(fields, violate);
+  check_damping(fields, violate);
+}
+
 }  // namespace
 
 std::vector<Violation> physics_violations(const json& request,
@@ -131,16 +142,22 @@ std::vector<Violation> physics_violations(const json& request,
   const auto duration_s = fields.number("/simulation/duration_s");
   const bool is_continuous = fields.says("/controller/evaluation/type", "continuous");
   const bool is_sampled = fields.says("/controller/evaluation/type", "sampled");
-  check_regularisation(fields, violate);
-  check_end_box(fields, violate);
-  check_schmitt_trigger(fields, violate);
-  check_firing_program(fields, violate);
-  check_linear_law(fields, violate);
-  if (fields.says("/stop/when", "end_box") && fields.lacks("/controller", "end_box") &&
-      !has_linear_law(fields))
+  check_attitude(fields, violate);
+  // What has another number of axes than the plant needs no other reason.
+  const std::vector<Violation> misfits = violations;
+  const auto violate_besides = [&](std::string pointer, std::string problem, std::string given,
+                                   std::string allowed) {
+    const auto is_there = [&](const Violation& misfit) { return misfit.pointer == pointer; };
+    if (std::none_of(misfits.begin(), misfits.end(), is_there))
+      violate(std::move(pointer), std::move(problem), std::move(given), std::move(allowed));
+  };
+  if (!has_three_axes(fields)) check_axis(fields, violate_besides);
+  if (fields.says("/stop/when", "end_box") && !has_three_axes(fields) &&
+      fields.lacks("/controller", "end_box") && !has_linear_law(fields))
     violate("/stop/when", "the run cannot stop at the end box of a controller that has none", "\"end_box\"",
             "controller.end_box given, or another stop");
-  if (fields.has("/actuator/specific_impulse_s") && fields.lacks("/actuator", "lever_arm_m"))
+  if (fields.has("/actuator/specific_impulse_s") && fields.lacks("/actuator", "lever_arm_m") &&
+      !fields.says("/actuator/type", "thruster_set"))
     violate("/actuator/lever_arm_m", "the propellant cannot be told from a torque without its lever arm", "",
             "given together with specific_impulse_s");
   if (fields.has("/actuator/gas_density_kg_m3") && fields.lacks("/actuator", "specific_impulse_s"))
@@ -157,7 +174,6 @@ std::vector<Violation> physics_violations(const json& request,
       violate("/timing/start", "this is no time to start at", shortened(*start),
               "\"now\", \"held\", or a time in UTC such as \"2026-11-24T12:00:00Z\"");
   }
-  check_damping(fields, violate);
   for (Violation& violation : frame_violations(request, schema_violations))
     violations.push_back(std::move(violation));
   if (const json* modes = fields.at("/plant/modes"); modes && modes->is_array()) {

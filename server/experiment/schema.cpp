@@ -104,6 +104,7 @@ std::string allowed_in_words(const std::vector<const json*>& fragments) {
       {"minimum", [](const json& value) { return "at least " + value.dump(); }},
       {"exclusiveMinimum", [](const json& value) { return "greater than " + value.dump(); }},
       {"maximum", [](const json& value) { return "at most " + value.dump(); }},
+      {"exclusiveMaximum", [](const json& value) { return "less than " + value.dump(); }},
       {"maxLength", [](const json& value) { return "at most " + value.dump() + " characters"; }},
       {"maxProperties", [](const json& value) { return "at most " + value.dump() + " fields"; }},
       {"minItems", [](const json& value) { return "at least " + value.dump() + " items"; }},

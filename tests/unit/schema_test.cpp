@@ -59,7 +59,7 @@ TEST(Schema, EveryUnknownFieldIsNamedWithTheNearestKnownOne) {
 TEST(Schema, OnlyTheChosenBranchSpeaks) {
   json request = rigid_request();
   request["controller"]["deadband"] = {{"type", "single_sided"}, {"width_deg", -1}};
-  request["metrics"]["settling"]["tolerance"] = {{"type", "absolute"}, {"value", 0.01}};
+  request["metrics"]["settling"]["tolerance"] = {{"type", "fraction_of_initial"}, {"value_deg", 0.01}};
   EXPECT_EQ(pointers(schema_violations("request", request)),
             (Pointers{"/controller/deadband/width_deg", "/metrics/settling/tolerance/value",
                       "/metrics/settling/tolerance/value_deg"}));
