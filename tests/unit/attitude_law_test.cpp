@@ -104,11 +104,12 @@ TEST(QuaternionFeedback, TorqueIsThatOfTheVectorPart) {
   const Vector3d turned(0, 0, std::tan(M_PI / 8));  // 90 deg: qv = sin(45 deg)
   const Vector3d torque = law.command<double>({turned, Vector3d::Zero(), {}, 0}).torque_N_m;
   EXPECT_LE((torque - Vector3d(0, 0, -60 * std::sqrt(.5))).norm(), 1e-13);
-  const Vector3d w(.1, .2, .3);
-  EXPECT_LE((law.command<double>({Vector3d::Zero(), w, {}, 0}).torque_N_m -
-             (w.cross(law.inertia_kg_m2 * w) - 3 * law.inertia_kg_m2 * w))
-                .norm(),
-            1e-13);
+  const Vector3d w(.1, .2, .3), gyroscopic = w.cross(law.inertia_kg_m2 * w);
+  for (double mu : {0., .5, 1.}) {
+    law.gyroscopic_compensation = mu;
+    const Vector3d damping = law.command<double>({Vector3d::Zero(), w, {}, 0}).torque_N_m;
+    EXPECT_LE((damping - (mu * gyroscopic - 3 * law.inertia_kg_m2 * w)).norm(), 1e-13);
+  }
 }
 
 TEST(RateDamping, StopsATumblingBody) {
