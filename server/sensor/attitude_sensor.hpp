@@ -60,14 +60,3 @@ class AttitudeSensor {
 };
 
 }  // namespace slew
-#include <cstdint>
-namespace slew {
-struct AttitudeReading {
-  Eigen::Vector3d mrp, rate_rad_s;
-};
-class AttitudeSensor {
- public:
-  AttitudeSensor(const AttitudeSensorParameters&, std::uint64_t) {}
-  AttitudeReading read(const Eigen::Vector3d& p, const Eigen::Vector3d& w) { return {p, w}; }
-};
-}  // namespace slew

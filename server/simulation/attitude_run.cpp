@@ -307,9 +307,8 @@ void AttitudeRun::take_sample(SampleSink& sink) {
   const Vector3d surface_before = held_.law.surface_rad_s;
   held_.law = command(spec().law, sight);
   if (observer_) {
-    // Q moves over the period that has ended, in which s was what the sample before saw.
     observer_state_ = sample_ == 0 ? initial_observer_state<double>(*spec().observer, held_.law.surface_rad_s)
-                                   : observer_->step(observer_state_, surface_before,
+                                   : observer_->step(observer_state_, surface_before, held_.law.surface_rad_s,
                                                      input_N_m_ + impulse_N_m_s_ / period_s);
     held_.estimate_N_m = observer_->estimate(observer_state_, held_.law.surface_rad_s)[0];
     impulse_N_m_s_.setZero();
