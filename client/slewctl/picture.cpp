@@ -26,36 +26,125 @@ constexpr Quantity kQuantities[] = {{"error_rad", "error, deg", "#1f4e9c", kDegP
                                     {"rate_rad_s", "rate, deg/s", "#2e7d32", kDegPerRad},
                                     {"switching_function_rad", "s, deg", "#6a1b9a", kDegPerRad}};
 constexpr Quantity kTorque = {"torque_N_m", "torque, N m", "#b71c1c", 1};
-// A data block of gnuplot's and how it is drawn.
-struct Panel {
+
+// Of three axes, in one panel: their channels are named prefix + axis + suffix.
+struct Vector {
+  const char* prefix;
+  const char* suffix;
+  const char* label;
+  double factor;
+};
+constexpr Vector kVectors[] = {{"mrp_", "", "p, MRP", 1},
+                               {"rate_", "_rad_s", "rate, deg/s", kDegPerRad},
+                               {"surface_", "_rad_s", "s, deg/s", kDegPerRad},
+                               {"estimated_disturbance_", "_N_m", "disturbance^, N m", 1},
+                               {"torque_", "_N_m", "torque, N m", 1}};
+constexpr const char* kAxisColors[] = {"#b71c1c", "#2e7d32", "#1f4e9c"};
+
+// Data blocks of gnuplot's, how they are drawn, and what must be set before.
+struct Curve {
   std::string name;
-  std::string label;
   std::string points;
   std::string style;
 };
+struct Panel {
+  std::string label;
+  std::vector<Curve> curves;
+  std::string settings;
+};
+
+std::string points_of(const json& t_s, const json& column, double factor) {
+  std::string points;
+  for (std::size_t i = 0; i < t_s.size(); ++i)
+    points += in_full(t_s[i]) + ' ' + in_full(factor * column.at(i).get<double>()) + '\n';
+  return points;
+}
 
 void add_panel(std::vector<Panel>& panels, const json& series, const Quantity& quantity) {
-  const json& t_s = series.at("t_s");
   const auto column = series.at("columns").find(quantity.channel);
   if (column == series.at("columns").end()) return;
-  Panel panel{quantity.channel, quantity.label, "",
-              "lines lw 2 lc rgb '" + std::string(quantity.color) + "'"};
-  for (std::size_t i = 0; i < t_s.size(); ++i)
-    panel.points += in_full(t_s[i]) + ' ' + in_full(quantity.factor * column->at(i).get<double>()) + '\n';
+  panels.push_back({quantity.label,
+                    {{quantity.channel, points_of(series.at("t_s"), *column, quantity.factor),
+                      "lines lw 2 lc rgb '" + std::string(quantity.color) + "'"}},
+                    ""});
+}
+
+void add_panel(std::vector<Panel>& panels, const json& series, const Vector& vector) {
+  Panel panel{vector.label, {}, ""};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::string channel = vector.prefix + std::to_string(axis + 1) + vector.suffix;
+    const auto column = series.at("columns").find(channel);
+    if (column == series.at("columns").end()) return;
+    panel.curves.push_back({channel, points_of(series.at("t_s"), *column, vector.factor),
+                            std::string("lines lw 1.5 lc rgb '") + kAxisColors[axis] + "'"});
+  }
+  panels.push_back(std::move(panel));
+}
+
+// ---- when which thruster of three axes fires: a bar for each interval, a row for each thruster
+
+struct Firing {
+  double from_s, to_s;
+};
+
+// To full precision, where the result tells every event.
+std::vector<Firing> firings_by_events(const json& events, const std::string& channel, double end_s) {
+  std::vector<Firing> firings;
+  for (const json& event : events.at("list")) {
+    if (event.at("channel") != channel) continue;
+    if (event.at("mode") != 0) firings.push_back({event.at("t_s"), end_s});
+    if (event.at("mode") == 0 && !firings.empty()) firings.back().to_s = event.at("t_s");
+  }
+  return firings;
+}
+
+// As the samples have it, otherwise.
+std::vector<Firing> firings_by_samples(const json& t_s, const json& on) {
+  std::vector<Firing> firings;
+  for (std::size_t i = 0; i + 1 < t_s.size(); ++i) {
+    if (on[i].get<double>() == 0) continue;
+    if (firings.empty() || firings.back().to_s != t_s[i].get<double>()) firings.push_back({t_s[i], 0});
+    firings.back().to_s = t_s[i + 1];
+  }
+  return firings;
+}
+
+void add_bars(std::vector<Panel>& panels, const json& events, const json& series) {
+  const json& columns = series.at("columns");
+  const bool tells_all = events.at("reported") == events.at("total");
+  Panel panel{"thrusters", {}, ""};
+  std::string tics;
+  std::size_t count = 0;
+  for (;; ++count) {
+    const std::string number = std::to_string(count + 1);
+    const auto on = columns.find("thruster_" + number + "_on");
+    if (on == columns.end()) break;
+    std::string points;
+    for (const Firing& firing : tells_all
+                                    ? firings_by_events(events, "valve_" + number, series.at("t_s").back())
+                                    : firings_by_samples(series.at("t_s"), *on))
+      points += in_full(firing.from_s) + ' ' + number + '\n' + in_full(firing.to_s) + ' ' + number + "\n\n";
+    tics += (tics.empty() ? "" : ", ") + ("'" + number + "' ") + number;
+    if (!points.empty()) panel.curves.push_back({"bars_" + number, points, "lines lw 6 lc rgb '#b71c1c'"});
+  }
+  if (panel.curves.empty()) return;
+  panel.settings =
+      "set yrange [0.3:" + in_full(static_cast<double>(count) + 0.7) + "]\nset ytics (" + tics + ")\n";
   panels.push_back(std::move(panel));
 }
 
 // The modes of one event channel, from the first to the last that the result tells, or to the end.
 Panel firing_panel(const json& events, const std::string& channel, double end_s) {
-  Panel panel{channel, channel, "0 0\n", "steps lw 1 lc rgb '#b71c1c'"};
+  Panel panel{channel, {{channel, "0 0\n", "steps lw 1 lc rgb '#b71c1c'"}}, ""};
+  std::string& points = panel.curves.front().points;
   int mode = 0;
   for (const json& event : events.at("list")) {
     if (event.at("channel") != channel) continue;
     mode = event.at("mode");
-    panel.points += in_full(event.at("t_s")) + ' ' + std::to_string(mode) + '\n';
+    points += in_full(event.at("t_s")) + ' ' + std::to_string(mode) + '\n';
   }
   if (events.at("reported") == events.at("total"))
-    panel.points += in_full(end_s) + ' ' + std::to_string(mode) + '\n';
+    points += in_full(end_s) + ' ' + std::to_string(mode) + '\n';
   else
     panel.label += ", first " + std::to_string(events.at("reported").get<long>()) + " of " +
                    std::to_string(events.at("total").get<long>());
@@ -67,21 +156,30 @@ std::string script(const json& result, const json& series, const std::string& ti
   const double end_s = series.at("t_s").back();
   std::vector<Panel> panels;
   for (const Quantity& quantity : kQuantities) add_panel(panels, series, quantity);
+  for (const Vector& vector : kVectors) add_panel(panels, series, vector);
   const std::size_t quantities = panels.size();
-  for (const json& channel : result.at("events").at("channels"))
-    if (channel.get<std::string>().starts_with("thruster"))
-      panels.push_back(firing_panel(result.at("events"), channel, end_s));
+  if (series.at("columns").contains("mrp_1"))
+    add_bars(panels, result.at("events"), series);
+  else
+    for (const json& channel : result.at("events").at("channels"))
+      if (channel.get<std::string>().starts_with("thruster"))
+        panels.push_back(firing_panel(result.at("events"), channel, end_s));
   if (panels.size() == quantities) add_panel(panels, series, kTorque);
 
   std::string text = terminal_for(file) + "set encoding utf8\nset grid\nunset key\n";
-  for (const Panel& panel : panels) text += "$" + panel.name + " << EOD\n" + panel.points + "EOD\n";
+  for (const Panel& panel : panels)
+    for (const Curve& curve : panel.curves) text += "$" + curve.name + " << EOD\n" + curve.points + "EOD\n";
   text += "set lmargin 10\nset rmargin 3\nset xrange [0:" + in_full(end_s) + "]\n";
   text += "set autoscale y\nset offsets 0, 0, graph 0.05, graph 0.05\n";
   text += "set multiplot layout " + std::to_string(panels.size()) + ",1 title " + quoted(title) + "\n";
-  for (const Panel& panel : panels)
+  for (const Panel& panel : panels) {
     text += "set ylabel " + quoted(panel.label) + "\nset xlabel " +
-            (&panel == &panels.back() ? "'t, s'" : "''") + "\nplot $" + panel.name + " with " + panel.style +
-            "\n";
+            (&panel == &panels.back() ? "'t, s'" : "''") + "\n" + panel.settings;
+    std::string plots;
+    for (const Curve& curve : panel.curves)
+      plots += (plots.empty() ? "plot $" : ", $") + curve.name + " with " + curve.style;
+    text += plots + "\n";
+  }
   return text + "unset multiplot\n";
 }
 

@@ -336,9 +336,6 @@ void check_attitude(const SoundFields& fields, const Violate& violate) {
   check_law(fields, violate);
   check_modulator(fields, violate);
   check_thrusters(fields, violate);
-  if (fields.has("/plant/shadow_switch_norm") && fields.says("/plant/attitude", "euler_parameters"))
-    violate("/plant/shadow_switch_norm", "Euler parameters have no singularity for a shadow to avoid",
-            shortened(*fields.at("/plant/shadow_switch_norm")), "left out, or plant.attitude \"mrp\"");
   if (fields.has("/actuator/tank_kg") && fields.lacks("/actuator", "specific_impulse_s"))
     violate("/actuator/specific_impulse_s",
             "when a tank is empty cannot be told without the specific impulse", "",
