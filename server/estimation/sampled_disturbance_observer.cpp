@@ -17,34 +17,19 @@ SampledDisturbanceObserver::SampledDisturbanceObserver(const DisturbanceObserver
   increment_ = std::expm1(decay) * Eigen::Matrix3d::Identity() + std::exp(decay) * (n + n * n / 2);
 }
 
-// Q' = M z^ - l u, and l = -M (1, 0, 0): so Q' = M (z^ + (u, 0, 0)). Where s is held z^' is the same; where
-// it is straight z^' has l J^ s' besides, and J^ s' is subtracted from u.
-ObserverState<double> SampledDisturbanceObserver::growth(const ObserverState<double>& z,
-                                                         const Eigen::Vector3d& held_N_m) const {
-  const Eigen::Vector3d moving = z[0] + held_N_m;
-  ObserverState<double> grown;
-  for (int i = 0; i < 3; ++i)
-    grown[i] = increment_(i, 0) * moving + increment_(i, 1) * z[1] + increment_(i, 2) * z[2];
-  return grown;
-}
-
-ObserverState<double> SampledDisturbanceObserver::step(const ObserverState<double>& q,
-                                                       const Eigen::Vector3d& surface_rad_s,
-                                                       const Eigen::Vector3d& input_N_m) const {
-  const ObserverState<double> grown = growth(estimate(q, surface_rad_s), input_N_m);
-  return {q[0] + grown[0], q[1] + grown[1], q[2] + grown[2]};
-}
-
+// Q' = M z^ - l u, and l = -M (1, 0, 0): so z^' = M (z^ + (u, 0, 0)) + l J^ s', which subtracts J^ s' from u.
 ObserverState<double> SampledDisturbanceObserver::step(const ObserverState<double>& q,
                                                        const Eigen::Vector3d& surface_rad_s,
                                                        const Eigen::Vector3d& next_surface_rad_s,
                                                        const Eigen::Vector3d& input_N_m) const {
   const Eigen::Vector3d change_rad_s = next_surface_rad_s - surface_rad_s;
-  const ObserverState<double> grown =
-      growth(estimate(q, surface_rad_s), input_N_m - observer_.inertia_kg_m2 * change_rad_s / period_s_);
+  const ObserverState<double> z = estimate(q, surface_rad_s);
+  const Eigen::Vector3d moving = z[0] + input_N_m - observer_.inertia_kg_m2 * change_rad_s / period_s_;
+  ObserverState<double> next = q;
+  for (int i = 0; i < 3; ++i)
+    next[i] += increment_(i, 0) * moving + increment_(i, 1) * z[1] + increment_(i, 2) * z[2];
   // Q = z^ - K1 s, and K1 s has changed too.
-  return estimated_disturbance<double>(observer_, {q[0] + grown[0], q[1] + grown[1], q[2] + grown[2]},
-                                       -change_rad_s);
+  return estimated_disturbance<double>(observer_, next, -change_rad_s);
 }
 
 }  // namespace slew

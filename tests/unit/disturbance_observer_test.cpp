@@ -84,49 +84,6 @@ TEST(DisturbanceObserver, AnswersToAStepAsPublished) {
   }
 }
 
-TEST(SampledDisturbanceObserver, ExactForWhatIsHeld) {
-  RandomAttitude random;
-  for (int i = 0; i < 20; ++i) {
-    DisturbanceObserver observer;
-    observer.pole_rad_s = random.between(1, 20);
-    observer.inertia_kg_m2 = random.inertia_kg_m2();
-    const double period = random.between(.01, .3);
-    const Vector3d surface = random.vector(.1), input = random.vector(2);
-    Columns q;
-    q << random.vector(10), random.vector(100), random.vector(1000);
-    const ObserverState<double> next =
-        SampledDisturbanceObserver(observer, period).step(state(q), surface, input);
-    const double size = q.norm() + estimated_disturbance<double>(observer, state(q), surface)[2].norm();
-    const int steps = 1000;
-    for (int k = 0; k < steps; ++k)
-      q = stepped(
-          observer, q, 0, period / steps, [&](double) { return surface; }, [&](double) { return input; });
-    EXPECT_LE((columns(next) - q).norm(), 1e-10 * size);
-  }
-}
-
-// What is held while s moves lags by half a period: the estimate is off by about 1.5 a T of the torque.
-TEST(SampledDisturbanceObserver, NearsTheContinuousOneAsThePeriodFalls) {
-  const DisturbanceObserver observer = published_observer();
-  const Vector3d disturbance(0, 0, .05), torque(.3, -.2, .1);
-  const auto error = [&](double period) {
-    const SampledDisturbanceObserver sampled(observer, period);
-    ObserverState<double> q = initial_observer_state<double>(observer, Vector3d::Zero());
-    double largest = 0;
-    const int steps = static_cast<int>(1 / period + .5);
-    for (int k = 0; k <= steps; ++k) {
-      const double t = k * period;
-      const Vector3d surface = (disturbance + torque) / 114 * t;
-      const double answer = 1 - std::exp(-10 * t) * (1 - 20 * t + 50 * t * t);
-      largest = std::max(largest, (sampled.estimate(q, surface)[0] - answer * disturbance).norm());
-      q = sampled.step(q, surface, torque);
-    }
-    return largest;
-  };
-  EXPECT_NEAR(error(1e-3), 15e-3 * (disturbance + torque).norm(), 1e-3);
-  EXPECT_NEAR(error(1e-3) / error(1e-4), 10, 1);
-}
-
 TEST(SampledDisturbanceObserver, ExactWhereTheSurfaceFunctionIsStraight) {
   RandomAttitude random;
   for (int i = 0; i < 20; ++i) {
