@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/actuator/pwpf_filter.hpp"
+
 namespace slew {
 namespace {
 
@@ -111,17 +113,7 @@ void AttitudeLoop::allocate(const Vector3d& torque_N_m, std::span<double> demand
 }
 
 double AttitudeLoop::filter_limit(std::size_t channel, double demand, int output) const {
-  const PwpfModulator& modulator = *pwpf();
-  const double level = channels_[channel].level;
-  switch (modulator.input) {
-    case ModulatorInput::raw:
-      return modulator.gain * (demand - output * level);
-    case ModulatorInput::clipped:
-      return modulator.gain * (std::clamp(demand, -level, level) - output * level);
-    case ModulatorInput::scaled:
-      return modulator.gain * (demand / level - output);
-  }
-  return 0;
+  return pwpf_target(*pwpf(), channels_[channel].level, demand, output);
 }
 
 Vector3d AttitudeLoop::limited(const Vector3d& torque_N_m) const {

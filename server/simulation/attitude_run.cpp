@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "server/actuator/first_order_lag.hpp"
+#include "server/actuator/pwpf_filter.hpp"
 #include "server/actuator/thruster_bank.hpp"
 #include "server/estimation/sampled_disturbance_observer.hpp"
 #include "server/propagation/dormand_prince.hpp"
@@ -563,8 +563,7 @@ void AttitudeRun::fly_segment(double limit_s) {
       channel.limit = loop_->filter_limit(c, channel.demand, channel.output);
       if (channel.free_from_s > t_s_) continue;
       const auto try_threshold = [&](double threshold, int output) {
-        const double at_s =
-            t_s_ + lag_reaches_s(channel.filter, channel.limit, pwpf->time_constant_s, threshold);
+        const double at_s = t_s_ + time_to_reach(*pwpf, channel.filter, channel.limit, threshold);
         if (at_s >= end_s_) return;
         end_s_ = at_s;
         ends_at_ = Crossing{1, c, output};
@@ -651,7 +650,7 @@ void AttitudeRun::measure_segment(double h) {
   if (const PwpfModulator* pwpf = loop_->pwpf())
     for (std::size_t c = 0; c < channel_count(); ++c) {
       Channel& channel = channel_[c];
-      channel.filter = lag_after(channel.filter, channel.limit, pwpf->time_constant_s, h);
+      channel.filter = filter_after(*pwpf, channel.filter, channel.limit, h);
       if (ends_at_ && ends_at_->channel == c)
         channel.filter = channel.output != 0 ? channel.output * pwpf->off : ends_at_->output * pwpf->on;
     }
@@ -700,7 +699,7 @@ void AttitudeRun::fill_row(double t_s, std::span<double> state, std::span<double
   if (const PwpfModulator* pwpf = loop_->pwpf())
     for (std::size_t c = 0; c < channel_count(); ++c)
       state[at++] = loop_->is_sampled()
-                        ? lag_after(channel_[c].filter, channel_[c].limit, pwpf->time_constant_s, t_s - t_s_)
+                        ? filter_after(*pwpf, channel_[c].filter, channel_[c].limit, t_s - t_s_)
                         : x[loop_->filters_at() + c];
   const Vector3d torque = loop_->torque(hold_, t_s, demand);
   for (int axis = 0; axis < 3; ++axis) {
