@@ -1,7 +1,9 @@
 #include "server/actuator/least_force.hpp"
 
-#include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
+#include <bit>
+#include <cmath>
 #include <limits>
 
 namespace slew {
@@ -9,7 +11,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kRounding = 1e-14;
-constexpr double kRankOfSquares = 1e-12;  // least against greatest; of lever arms a millionth
+constexpr double kRank = 1e-6;  // of lever arms, the least against the greatest
 
 }  // namespace
 
@@ -20,31 +22,44 @@ LeastForce::LeastForce(const ThrusterMatrix& torque_m, const ThrusterMatrix& for
 }
 
 // With A = (B; F) and E = eps on the rows of force, the minimum over the free thrusters, the others fixed at
-// zero, is f = A^T y with (A A^T + E) y = (torque; 0): six equations, however many thrusters.
+// zero, is f = A^T y with (A A^T + E) y = (torque; 0): six equations, however many thrusters. They are solved
+// by way of R^T R = A A^T + E from the rows of A^T and the root of E, whose condition is the root of theirs.
 class LeastForce::Free {
  public:
-  Free(const LeastForce& set, Set free) : set_(set), free_(free) {
-    Matrix6 matrix = Matrix6::Zero();
-    matrix.diagonal().tail<3>().setConstant(kOfThrust);
+  Free(const LeastForce& set, Set free) : set_(set), free_(free), count_(std::popcount(free)) {
+    if (count_ < 3) return;
+    TorqueRows rows(count_, 3);
+    Eigen::Index row = 0;
     for (Eigen::Index i = 0; i < set.columns_.cols(); ++i)
-      if (has(i)) matrix.noalias() += set.columns_.col(i) * set.columns_.col(i).transpose();
-    factor_.compute(matrix);
-    of_torque_.compute(matrix.topLeftCorner<3, 3>());
+      if (has(i)) rows.row(row++) = torque(i).transpose();
+    of_torque_.compute(rows);
   }
 
   bool has(Eigen::Index i) const { return free_ >> i & 1; }
   bool makes_every_torque() const {
-    const auto pivots = of_torque_.vectorD();
-    return pivots.minCoeff() > kRankOfSquares * pivots.maxCoeff();
+    if (count_ < 3) return false;
+    const auto& r = of_torque_.matrixQR();
+    return std::abs(r(2, 2)) > kRank * std::abs(r(0, 0));
   }
 
-  /// y and f. Where there has to be a net force y is of the size of 1/eps, hence the refinement.
+  /// y and f. Where there has to be a net force y is of the size of 1/eps, hence the refinement. Expects that
+  /// every torque can be made.
   void minimum(const Vector6& right, Vector6& y, Thrusts& f) const {
+    using Rows = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::ColMajor, int{kMaxThrusters} + 3, 6>;
+    Rows rows = Rows::Zero(count_ + 3, 6);
+    rows.topRightCorner<3, 3>().diagonal().setConstant(std::sqrt(kOfThrust));
+    Eigen::Index row = 3;
+    for (Eigen::Index i = 0; i < set_.columns_.cols(); ++i)
+      if (has(i)) rows.row(row++) = set_.columns_.col(i).transpose();
+    const Eigen::HouseholderQR<Rows> factor(rows);
+    const auto r = factor.matrixQR().topRows<6>().triangularView<Eigen::Upper>();
+
     y.setZero();
     f.setZero(set_.columns_.cols());
     Vector6 missing = right;
     for (int refinement = 0; refinement < 3; ++refinement) {
-      const Vector6 more = factor_.solve(missing);
+      Vector6 more = r.transpose().solve(missing);
+      r.solveInPlace(more);
       y += more;
       missing = right;
       missing.tail<3>() -= kOfThrust * y.tail<3>();
@@ -56,19 +71,40 @@ class LeastForce::Free {
     }
   }
 
+  /// Adds to the thrusts what the torque still lacks.
+  void make_exact(const Vector6& right, Thrusts& f) const {
+    Eigen::Vector3d missing = right.head<3>();
+    for (Eigen::Index i = 0; i < f.size(); ++i) missing -= f[i] * torque(i);
+    const Eigen::Vector3d more = over_squares(missing);
+    for (Eigen::Index i = 0; i < f.size(); ++i)
+      if (has(i)) f[i] += torque(i).dot(more);
+  }
+
   /// What y changes by for each unit of the multiplier of a free thruster without which the others would not
   /// make every torque: across the torques of those others, so that no thrust changes.
   Vector6 across(Eigen::Index i) const {
     Vector6 change = Vector6::Zero();
-    change.head<3>() = -of_torque_.solve(set_.columns_.col(i).head<3>());
+    change.head<3>() = -over_squares(torque(i));
     return change;
   }
 
  private:
+  using TorqueRows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::ColMajor, int{kMaxThrusters}, 3>;
+
+  Eigen::Vector3d torque(Eigen::Index i) const { return set_.columns_.col(i).head<3>(); }
+  /// (B B^T)^-1 v
+  Eigen::Vector3d over_squares(const Eigen::Vector3d& v) const {
+    const auto r = of_torque_.matrixQR().topRows<3>().triangularView<Eigen::Upper>();
+    Eigen::Vector3d w = of_torque_.colsPermutation().transpose() * v;
+    w = r.transpose().solve(w).eval();
+    w = r.solve(w).eval();
+    return of_torque_.colsPermutation() * w;
+  }
+
   const LeastForce& set_;
   Set free_;
-  Eigen::LLT<Matrix6> factor_;
-  Eigen::LDLT<Eigen::Matrix3d> of_torque_;
+  int count_;
+  Eigen::ColPivHouseholderQR<TorqueRows> of_torque_;
 };
 
 void LeastForce::allocate(const Eigen::Vector3d& torque_N_m, std::span<double> thrust_N) const {
@@ -79,7 +115,10 @@ void LeastForce::allocate(const Eigen::Vector3d& torque_N_m, std::span<double> t
   Set free = static_cast<Set>((std::uint64_t{1} << count) - 1);
   Vector6 y, y_without;
   Thrusts f, f_without;
-  Free(*this, free).minimum(right, y, f);
+  const Free all(*this, free);
+  std::fill(thrust_N.begin(), thrust_N.end(), 0.0);
+  if (!all.makes_every_torque()) return;
+  all.minimum(right, y, f);
   bool is_possible = true;
   for (Eigen::Index change = 0; change < 8 * count; ++change) {
     // What would pull most is to be zero: its multiplier grows until it is. On the way the multipliers of
@@ -116,6 +155,8 @@ void LeastForce::allocate(const Eigen::Vector3d& torque_N_m, std::span<double> t
     y = y_without;
     f = f_without;
   }
+  f = f.cwiseMax(0.0).eval();
+  Free(*this, free).make_exact(right, f);
   for (Eigen::Index i = 0; i < count; ++i) thrust_N[i] = std::max(f[i], 0.0);
 }
 

@@ -28,7 +28,6 @@ class LeastForce {
 
  private:
   using Vector6 = Eigen::Matrix<double, 6, 1>;
-  using Matrix6 = Eigen::Matrix<double, 6, 6>;
   using Thrusts = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, int{kMaxThrusters}, 1>;
   using Set = std::uint32_t;  ///< of thrusters: a bit for each
   class Free;

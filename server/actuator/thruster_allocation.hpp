@@ -19,7 +19,8 @@ class ThrusterAllocation {
 
   /// Thrust of each, N: not negative, and not limited to what the thruster has. They give the torque to
   /// rounding (1e-12 of it) and are continuous in it, and twice the torque is twice the thrust.
-  /// Deterministic; allocates nothing; a few microseconds. Expects room for every thruster.
+  /// Deterministic; allocates nothing; for twelve thrusters some 10 microseconds, a linear programme a tenth
+  /// of one. Expects room for every thruster.
   void allocate(const Eigen::Vector3d& torque_N_m, std::span<double> thrust_N) const;
 
  private:

@@ -1,10 +1,16 @@
 // A step allocates nothing: counted by replacing the global operator new.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdlib>
 #include <new>
+#include <vector>
 
+#include "server/actuator/thruster_allocation.hpp"
+#include "server/sensor/attitude_sensor.hpp"
 #include "tests/unit/linear_cases.hpp"
 
 namespace {
@@ -106,6 +112,45 @@ TEST(NoAllocation, InAStepOfALinearLoop) {
   spec.stop = StopCondition::first_rest;
   spec.telemetry_period_s = 0.01;
   EXPECT_EQ(allocations_of(*make_linear_axis_run(spec)), 0);
+}
+
+TEST(NoAllocation, InTheAllocationOfTorque) {
+  std::vector<Thruster> thrusters;
+  for (int i = 0; i < 16; ++i) {
+    const double along = 0.4 * i;
+    Thruster thruster;
+    thruster.position_m = {std::cos(along), std::sin(along), 0.3 * (i % 3 - 1)};
+    thruster.direction =
+        Eigen::Vector3d(std::sin(3 * along), std::cos(2 * along), std::cos(5 * along)).normalized();
+    thrusters.push_back(thruster);
+    thruster.direction = -thruster.direction;
+    thrusters.push_back(thruster);
+  }
+  for (const auto method :
+       {AllocationMethod::non_negative_least_squares, AllocationMethod::linear_programme}) {
+    const ThrusterAllocation allocation(thrusters, method);
+    std::array<double, kMaxThrusters> thrust{};
+    allocations = 0;
+    counting = true;
+    for (int i = 0; i < 200; ++i) allocation.allocate({std::cos(i), std::sin(i), std::cos(3 * i)}, thrust);
+    counting = false;
+    EXPECT_EQ(allocations, 0);
+    EXPECT_GT(*std::max_element(thrust.begin(), thrust.end()), 0);
+  }
+}
+
+TEST(NoAllocation, InAReadingOfTheAttitude) {
+  AttitudeSensorParameters parameters;
+  parameters.angle_noise_rad = parameters.rate_noise_rad_s = 1e-3;
+  parameters.angle_quantum_rad = parameters.rate_quantum_rad_s = 1e-4;
+  parameters.laws_samples_per_reading = 2;
+  parameters.delay_samples = 5;
+  AttitudeSensor sensor(parameters, 1);
+  allocations = 0;
+  counting = true;
+  for (int i = 0; i < 100; ++i) sensor.read({0, 0, 0.01 * i}, {0, 0, 0.1});
+  counting = false;
+  EXPECT_EQ(allocations, 0);
 }
 
 }  // namespace

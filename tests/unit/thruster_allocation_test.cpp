@@ -147,7 +147,7 @@ void expect_least_force(const std::vector<Thruster>& thrusters, const std::vecto
 
 TEST(LeastForce, MeetsTheConditionsOfAMinimum) {
   std::mt19937 random(1);
-  for (int i = 0; i < 60; ++i) expect_least_force(random_set(random, 4 + i % 6), torques(random, 10));
+  for (int i = 0; i < 120; ++i) expect_least_force(random_set(random, 4 + i % 6), torques(random, 10));
   expect_least_force(canted_eight(), torques(random, 40));
 }
 
@@ -266,6 +266,14 @@ TEST(ThrusterAllocation, PairsWithoutPosition) {
     const Eigen::VectorXd expected = Eigen::Vector<double, 6>(0.25, 0, 0, 0, 0, 1);
     EXPECT_LT((thrust - expected).norm(), 1e-15);
   }
+}
+
+// Validation refuses such a set; whoever asks all the same gets nothing.
+TEST(ThrusterAllocation, WithoutTorqueAboutAnAxis) {
+  auto thrusters = symmetric_twelve();
+  thrusters.resize(2);
+  for (const auto method : {kLeastForce, kLeastThrust})
+    EXPECT_EQ(allocated(ThrusterAllocation(thrusters, method), 2, {1, 2, 3}).norm(), 0);
 }
 
 TEST(TorqueAuthority, NamesWhatCannotBeMade) {
