@@ -63,7 +63,10 @@ bool ThrusterBank::command(double t_s, std::size_t j, bool is_open) {
 
 void ThrusterBank::arrive(double t_s) {
   // The last of the gas leaves where rounding puts it.
-  if (model_->propellant.tank_kg && !is_empty_ && empty_s(t_s) <= t_s) is_empty_ = true;
+  if (model_->propellant.tank_kg && !is_empty_ && empty_s(t_s) <= t_s) {
+    is_empty_ = true;
+    for (std::size_t j = 0; j < size(); ++j) move_to(t_s, j, 0);
+  }
   for (std::size_t j = 0; j < size(); ++j) {
     State& state = states_[j];
     if (state.until_s <= t_s && state.slope_1_s != 0) move_to(t_s, j, state.is_open ? state.full : 0);

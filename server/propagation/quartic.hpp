@@ -6,6 +6,9 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <utility>
+
+#include "server/propagation/becomes_positive.hpp"
 
 namespace slew {
 
@@ -77,28 +80,9 @@ class Quartic {
     return {Quartic(left), Quartic(right)};
   }
 
-  // Where it goes from not positive to positive, once: regula falsi that halves a value which stays
-  // (Dowell & Jarratt's Illinois rule).
+  // Where it goes from not positive to positive, once.
   double root() const {
-    double a = 0, b = 1, fa = b_[0], fb = b_[4];
-    int stayed = 0;
-    for (int i = 0; i < 100 && b - a > 1e-16 * b; ++i) {
-      double x = b - fb * (b - a) / (fb - fa);
-      if (!(x > a && x < b)) x = 0.5 * (a + b);
-      if (!(x > a && x < b)) break;
-      const double f = at(x);
-      if (f == 0) return x;
-      if (f > 0) {
-        b = x, fb = f;
-        if (stayed == 1) fa *= 0.5;
-        stayed = 1;
-      } else {
-        a = x, fa = f;
-        if (stayed == -1) fb *= 0.5;
-        stayed = -1;
-      }
-    }
-    return b;
+    return becomes_positive([this](double x) { return at(x); }, {0, b_[0]}, {1, b_[4]}, 1e-16);
   }
 
   std::array<double, 5> b_;

@@ -45,6 +45,7 @@ class AttitudeLoop {
   explicit AttitudeLoop(const AttitudeSpecification& specification);
 
   const AttitudeSpecification& specification() const { return spec_; }
+  const Eigen::Matrix3d& inverse_inertia() const { return inverse_inertia_; }
   std::span<const ModulatorChannel> channels() const { return channels_; }
   const PwpfModulator* pwpf() const;
   const Modulator* modulator() const { return modulator_; }

@@ -18,9 +18,8 @@ class AttitudeMetrics {
   void step(double t_s, double h, const std::array<Eigen::Vector3d, 5>& mrp);
   /// A step from one p to another on which |p'| stays below a bound: true where that alone tells.
   bool step(double t_s, double h, const Eigen::Vector3d& begin, const Eigen::Vector3d& end, double bound_1_s);
-  void rate(const Eigen::Vector3d& rate_rad_s) {
-    peak_rate_square_ = std::max(peak_rate_square_, rate_rad_s.squaredNorm());
-  }
+  void rate(const Eigen::Vector3d& rate_rad_s) { rate_square(rate_rad_s.squaredNorm()); }
+  void rate_square(double square) { peak_rate_square_ = std::max(peak_rate_square_, square); }
   /// What a torque that may be any did.
   void effort(double angular_impulse_N_m_s, double effort_N2_m2_s) {
     angular_impulse_N_m_s_ += angular_impulse_N_m_s;

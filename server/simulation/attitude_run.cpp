@@ -24,9 +24,10 @@ using Eigen::Vector3d;
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr std::array<double, 5> kNodes{0, 0.25, 0.5, 0.75, 1};
-/// What a step of the classical Runge-Kutta method may turn by, or accelerate by, rad: its error is
-/// x^5/120, below 1e-12. And of a sinusoidal disturbance's phase, of which it makes x^4/2880.
-constexpr double kTurnPerStep_rad = 0.01, kPhasePerStep_rad = 0.03;
+/// What a step of the classical Runge-Kutta method may turn by, by rate, acceleration or what a rising thrust
+/// adds, rad: its error is x^5/120, below 1e-13. And of a sinusoidal disturbance's phase, of which it makes
+/// x^4/2880.
+constexpr double kTurnPerStep_rad = 0.006, kPhasePerStep_rad = 0.03;
 constexpr int kChangesAtOneInstant = 256;
 
 /// What the triggers of the channels look at, and behind them |p|^2.
@@ -60,6 +61,8 @@ class AttitudeRun final : public Run {
     double x;  ///< of the step
     std::size_t channel;
     int output;
+    double rate_1_s = 0;         ///< of the guard there
+    double from = 0, until = 1;  ///< what of the step holds it
   };
 
   const AttitudeSpecification& spec() const { return loop_->specification(); }
@@ -83,10 +86,12 @@ class AttitudeRun final : public Run {
   double next_timer_s() const;
 
   void look(double t_s, const double* state, Looks& looks) const;
+  void look_within(double x, Looks& looks);
   double guard(const Crossing& crossing, const Looks& looks) const;
   void fly_continuously(double limit_s);
-  std::optional<Crossing> first_crossing(double* rate_of_guard);
-  void land_on(const Crossing& crossing, double rate_of_guard);
+  std::optional<Crossing> first_crossing();
+  bool between_corners(Crossing& crossing, const std::array<double, 5>& guards);
+  void land_on(const Crossing& crossing);
   void fly_segment(double limit_s);
   void close_step();
   void measure_continuous(double h);
@@ -168,6 +173,12 @@ bool valves_are_late_or_broken(const AttitudeSpecification& spec) {
     return thruster.on_delay_s > 0 || thruster.off_delay_s > 0 || thruster.stuck_open_from_s < kNever ||
            thruster.stuck_closed_from_s < kNever;
   });
+}
+
+// Integral of |x| from 0 to h, linear from begin to end.
+double absolute_integral(double begin, double end, double h) {
+  if (begin * end >= 0) return 0.5 * h * std::abs(begin + end);
+  return 0.5 * h * (begin * begin + end * end) / std::abs(end - begin);
 }
 
 AttitudeRun::AttitudeRun(const AttitudeSpecification& specification)
@@ -338,12 +349,14 @@ void AttitudeRun::switch_to_shadow(SampleSink& sink) {
   const Vector3d before = loop_->surface(hold_, t_s_, state_.data());
   loop_->switch_to_shadow(state_);
   const Vector3d jump = loop_->surface(hold_, t_s_, state_.data()) - before;
-  if (observer_)
+  if (observer_) {
+    const std::array<double, 3> gains = observer_gains(spec().observer->pole_rad_s);
     for (std::size_t i = 0; i < 3; ++i)
-      observer_state_[i] -=
-          observer_gains(spec().observer->pole_rad_s)[i] * spec().observer->inertia_kg_m2 * jump;
-  else
+      observer_state_[i] -= gains[i] * spec().observer->inertia_kg_m2 * jump;
+    held_.law.surface_rad_s += jump;  // from here the next sample counts
+  } else {
     loop_->jump(state_, jump);
+  }
   event(events_.shadow, 1, sink);
 }
 
@@ -479,8 +492,7 @@ void AttitudeRun::fly_continuously(double limit_s) {
   }
   end_s_ = h < room ? t_s_ + h : limit_s;
   goes_on_ = true;
-  double rate_of_guard = 0;
-  if (const auto crossing = first_crossing(&rate_of_guard)) land_on(*crossing, rate_of_guard);
+  if (const auto crossing = first_crossing()) land_on(*crossing);
 }
 
 // Positive from the crossing on.
@@ -494,30 +506,33 @@ double AttitudeRun::guard(const Crossing& crossing, const Looks& looks) const {
   return output != 0 ? thresholds_.off - output * look : crossing.output * look - thresholds_.on;
 }
 
-std::optional<AttitudeRun::Crossing> AttitudeRun::first_crossing(double* rate_of_guard) {
+void AttitudeRun::look_within(double x, Looks& looks) {
+  AttitudeState between;
+  const std::size_t from = looks_at_law_ || spec().plant.shadow_switch_norm ? 0 : loop_->filters_at();
+  integrator_.at(x, from, loop_->size(), between.data() + from);
+  look(t_s_ + x * integrator_.length(), between.data(), looks);
+}
+
+std::optional<AttitudeRun::Crossing> AttitudeRun::first_crossing() {
   const bool has_triggers = looks_at_law_ || loop_->filters() > 0;
   if (!has_triggers && !spec().plant.shadow_switch_norm) return std::nullopt;
-  const double h = integrator_.length();
   std::array<Looks, 5> looks;
   look(t_s_, integrator_.start().data(), looks[0]);
+  for (std::size_t i = 1; i < 4; ++i) look_within(kNodes[i], looks[i]);
   look(end_s_, integrator_.end().data(), looks[4]);
-  for (std::size_t i = 1; i < 4; ++i) {
-    AttitudeState between;
-    const std::size_t from = looks_at_law_ || spec().plant.shadow_switch_norm ? 0 : loop_->filters_at();
-    integrator_.at(kNodes[i], from, loop_->size(), between.data() + from);
-    look(t_s_ + kNodes[i] * h, between.data(), looks[i]);
-  }
   std::optional<Crossing> first;
   const auto consider = [&](Crossing crossing) {
-    const Quartic curve =
-        Quartic::through({guard(crossing, looks[0]), guard(crossing, looks[1]), guard(crossing, looks[2]),
-                          guard(crossing, looks[3]), guard(crossing, looks[4])});
+    std::array<double, 5> guards;
+    for (std::size_t i = 0; i < 5; ++i) guards[i] = guard(crossing, looks[i]);
+    const Quartic curve = Quartic::through(guards);
     const auto x = curve.first_positive();
-    if (!x || (first && *x >= first->x)) return;
-    first = Crossing{*x, crossing.channel, crossing.output};
+    crossing.x = x.value_or(2);
+    if (looks_at_law_ && crossing.channel < channel_count() && !between_corners(crossing, guards)) return;
+    if (crossing.x > 1 || (first && crossing.x >= first->x)) return;
     constexpr double kAside = 1e-3;
-    const double before = std::max(0.0, *x - kAside), after = std::min(1.0, *x + kAside);
-    *rate_of_guard = (curve.at(after) - curve.at(before)) / ((after - before) * h);
+    const double before = std::max(0.0, crossing.x - kAside), after = std::min(1.0, crossing.x + kAside);
+    crossing.rate_1_s = (curve.at(after) - curve.at(before)) / ((after - before) * integrator_.length());
+    first = crossing;
   };
   for (std::size_t c = 0; has_triggers && c < channel_count(); ++c) {
     if (channel_[c].free_from_s > t_s_) continue;
@@ -532,22 +547,66 @@ std::optional<AttitudeRun::Crossing> AttitudeRun::first_crossing(double* rate_of
   return first;
 }
 
+// What a law or an allocation asks for has corners, of which the integrator knows nothing as long as no more
+// than the triggers look at it: the curve through five points is a guess, and their signs decide. False where
+// it stays below.
+bool AttitudeRun::between_corners(Crossing& crossing, const std::array<double, 5>& guards) {
+  const auto guard_at = [&](double x) {
+    Looks looks;
+    look_within(x, looks);
+    return guard(crossing, looks);
+  };
+  // So near that the order of the channels is beyond doubt.
+  const auto narrow = [&](PointOfFunction from, PointOfFunction until) {
+    crossing.from = from.x;
+    crossing.until = until.x;
+    crossing.x = becomes_positive(guard_at, from, until, 1e-13);
+    return true;
+  };
+  if (guards[0] > 0) {
+    crossing.x = crossing.until = 0;
+    return true;
+  }
+  const auto positive = std::find_if(guards.begin(), guards.end(), [](double value) { return value > 0; });
+  const auto node = static_cast<std::size_t>(positive - guards.begin());
+  // An excursion between two points that the curve foresees.
+  if (crossing.x <= 1 && (node == 5 || crossing.x < kNodes[node - 1])) {
+    const auto before = static_cast<std::size_t>(std::min(3.0, crossing.x / 0.25));
+    constexpr int kParts = 8;
+    PointOfFunction from{kNodes[before], guards[before]};
+    for (int i = 1; i < kParts; ++i) {
+      const double x = kNodes[before] + 0.25 * i / kParts;
+      const PointOfFunction until{x, guard_at(x)};
+      if (until.value > 0) return narrow(from, until);
+      from = until;
+    }
+  }
+  return node < 5 && narrow({kNodes[node - 1], guards[node - 1]}, {kNodes[node], guards[node]});
+}
+
 // Ends the step on the crossing: not on the continuous extension's, which is of a lower order, but on the
-// method's own, by Newton's steps from there.
-void AttitudeRun::land_on(const Crossing& crossing, double rate_of_guard) {
+// method's own, by steps of Newton's, and by halving where they lead out of what holds it.
+void AttitudeRun::land_on(const Crossing& crossing) {
   const double whole = integrator_.length();
   const double least = 1e-14 * std::max(1.0, t_s_);
-  double h = crossing.x * whole;
+  double from = crossing.from * whole, until = crossing.until * whole;
+  double h = crossing.x * whole, rate = crossing.rate_1_s;
+  double h_before = 0, value_before = 0;
   const auto f = slope();
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 0; i < 60; ++i) {
     integrator_.attempt(f, t_s_, h);
     report_.propagator.rhs_evaluations += 6;
     Looks looks;
     look(t_s_ + h, integrator_.end().data(), looks);
-    const double correction = -guard(crossing, looks) / rate_of_guard;
-    const double next = h + correction;
-    // Nowhere near: it only touches, and the extension has to do.
-    if (!(std::abs(correction) > least) || !(next > 0 && next <= whole) || rate_of_guard <= 0) break;
+    const double value = guard(crossing, looks);
+    (value > 0 ? until : from) = h;
+    if (i > 0 && h != h_before) rate = (value - value_before) / (h - h_before);
+    h_before = h;
+    value_before = value;
+    double next = rate > 0 ? h - value / rate : -1;
+    if (rate > 0 && std::abs(next - h) <= least) break;
+    if (!(next > from && next < until)) next = 0.5 * (from + until);
+    if (until - from <= least) break;
     h = next;
   }
   end_s_ = t_s_ + h;
@@ -580,8 +639,10 @@ void AttitudeRun::fly_segment(double limit_s) {
   const Vector3d acceleration = loop_->rate_of(segment_.first_slope().data());
   const Vector3d rate = loop_->rate_of(state_.data());
   double h = end_s_ - t_s_;
-  const double parts = h * std::max(std::sqrt(rate.squaredNorm() + acceleration.norm()) / kTurnPerStep_rad,
-                                    fastest_disturbance_rad_s_ / kPhasePerStep_rad);
+  double turns = std::sqrt(rate.squaredNorm() + acceleration.norm());
+  if (!hold_.torque_slope_N_m_s.isZero(0))
+    turns = std::max(turns, std::cbrt((loop_->inverse_inertia() * hold_.torque_slope_N_m_s).norm()));
+  const double parts = h * std::max(turns / kTurnPerStep_rad, fastest_disturbance_rad_s_ / kPhasePerStep_rad);
   if (!std::isfinite(parts))
     return fail("diverged", "the state has grown beyond what can be calculated with");
   if (parts > 1) {
@@ -638,10 +699,13 @@ void AttitudeRun::measure_continuous(double h) {
 
 // Linear in time.
 void AttitudeRun::measure_held_torque(double h) {
+  const Vector3d half_change = 0.5 * h * hold_.torque_slope_N_m_s;
   const Vector3d middle =
-      hold_.torque_N_m + (t_s_ + 0.5 * h - hold_.torque_began_s) * hold_.torque_slope_N_m_s;
-  metrics_.effort(h * middle.lpNorm<1>(),
-                  h * (middle.squaredNorm() + h * h / 12 * hold_.torque_slope_N_m_s.squaredNorm()));
+      hold_.torque_N_m + (t_s_ - hold_.torque_began_s) * hold_.torque_slope_N_m_s + half_change;
+  double impulse = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    impulse += absolute_integral(middle[axis] - half_change[axis], middle[axis] + half_change[axis], h);
+  metrics_.effort(impulse, h * (middle.squaredNorm() + half_change.squaredNorm() / 3));
   if (observer_ && spec().observer->feeding != ObserverFeeding::commanded) impulse_N_m_s_ += h * middle;
 }
 
@@ -657,8 +721,13 @@ void AttitudeRun::measure_segment(double h) {
   const Vector3d begin = loop_->mrp_of(state_.data()), end = loop_->mrp_of(segment_.end().data());
   const Vector3d rate = loop_->rate_of(segment_.end().data());
   metrics_.rate(rate);
+  // Between the ends |w|^2 is a parabola, but for what is of third order.
+  const Vector3d rate_before = loop_->rate_of(state_.data());
+  const double rise = 2 * h * rate_before.dot(loop_->rate_of(segment_.first_slope().data()));
+  const double bend = rise - (rate.squaredNorm() - rate_before.squaredNorm());
+  if (rise > 0 && rise < 2 * bend) metrics_.rate_square(rate_before.squaredNorm() + rise * rise / (4 * bend));
   // |p'| = (1 + p.p) |w| / 4, which a step hardly changes.
-  const double fastest = std::max(rate.norm(), loop_->rate_of(state_.data()).norm());
+  const double fastest = std::max(rate.norm(), rate_before.norm());
   const double bound = 0.3 * (1 + std::max(begin.squaredNorm(), end.squaredNorm())) * fastest + 1e-9;
   if (metrics_.step(t_s_, h, begin, end, bound)) return;
   std::array<Vector3d, 5> mrp{begin, begin, begin, begin, end};
