@@ -610,7 +610,8 @@ void AttitudeRun::land_on(const Crossing& crossing) {
         h += by;
         break;
       }
-    } else if (i > 0 && h != h_before) rate = (value - value_before) / (h - h_before);
+    } else if (i > 0 && h != h_before)
+      rate = (value - value_before) / (h - h_before);
     h_before = h;
     value_before = value;
     double next = rate > 0 ? h - value / rate : -1;
