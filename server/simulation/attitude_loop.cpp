@@ -124,26 +124,33 @@ Vector3d AttitudeLoop::limited(const Vector3d& torque_N_m) const {
 
 Vector3d AttitudeLoop::torque(const AttitudeHold& hold, double t_s, const AttitudeDemand& demand) const {
   if (ideal_ && acts_within_steps_) return limited(demand.torque_N_m);
-  return hold.torque_N_m + (t_s - hold.torque_began_s) * hold.torque_slope_N_m_s;
+  return held_torque(hold, t_s);
 }
 
-[[gnu::flatten]] void AttitudeLoop::slope(const AttitudeHold& hold, double t_s, const AttitudeState& state,
-                                          AttitudeState& slope) const {
+// Of attitude and rate.
+[[gnu::always_inline]] inline void AttitudeLoop::move_body(const AttitudeHold& hold, double t_s,
+                                                           const Vector3d& torque_N_m,
+                                                           const AttitudeState& state,
+                                                           AttitudeState& slope) const {
   const Vector3d w = rate_of(state.data());
   if (attitude_size_ == 3)
     Vector(slope.data()) = mrp_rate<double>(ConstVector(state.data()), w);
   else
     Eigen::Map<Eigen::Vector4d>(slope.data()) =
         euler_parameter_rate<double>(Eigen::Map<const Eigen::Vector4d>(state.data()), w);
-
-  AttitudeDemand demand;
-  if (needs_law_) demand = this->demand(hold, t_s, state.data());
-  const Vector3d torque = this->torque(hold, t_s, demand);
-  Vector3d outer = hold.disturbance_N_m;
+  Vector3d outer = torque_N_m + hold.disturbance_N_m;
   for (const BodySinusoid& one : spec_.disturbances.sinusoids)
     outer += std::sin(one.frequency_rad_s * t_s + one.phase_rad) * one.amplitude_N_m;
   Vector(slope.data() + rate_at()) =
-      angular_acceleration<double>(spec_.plant.inertia_kg_m2, inverse_inertia_, w, torque + outer);
+      angular_acceleration<double>(spec_.plant.inertia_kg_m2, inverse_inertia_, w, outer);
+}
+
+[[gnu::flatten]] void AttitudeLoop::slope(const AttitudeHold& hold, double t_s, const AttitudeState& state,
+                                          AttitudeState& slope) const {
+  if (!needs_law_) return move_body(hold, t_s, held_torque(hold, t_s), state, slope);
+  const AttitudeDemand demand = this->demand(hold, t_s, state.data());
+  const Vector3d torque = this->torque(hold, t_s, demand);
+  move_body(hold, t_s, torque, state, slope);
 
   if (filters_ > 0) {
     std::array<double, kMaxThrusters> demands;

@@ -78,6 +78,9 @@ class AttitudeLoop {
   Eigen::Vector3d limited(const Eigen::Vector3d& torque_N_m) const;
   /// T that acts at t on a state; `demand` is looked at where any torque may be had.
   Eigen::Vector3d torque(const AttitudeHold& hold, double t_s, const AttitudeDemand& demand) const;
+  static Eigen::Vector3d held_torque(const AttitudeHold& hold, double t_s) {
+    return hold.torque_N_m + (t_s - hold.torque_began_s) * hold.torque_slope_N_m_s;
+  }
   void slope(const AttitudeHold& hold, double t_s, const AttitudeState& state, AttitudeState& slope) const;
   /// s of the law at a state; zero where it has none.
   Eigen::Vector3d surface(const AttitudeHold& hold, double t_s, const double* state) const;
@@ -87,6 +90,9 @@ class AttitudeLoop {
   void jump(AttitudeState& state, const Eigen::Vector3d& surface_jump_rad_s) const;
 
  private:
+  void move_body(const AttitudeHold& hold, double t_s, const Eigen::Vector3d& torque_N_m,
+                 const AttitudeState& state, AttitudeState& slope) const;
+
   const AttitudeSpecification spec_;
   const Eigen::Matrix3d inverse_inertia_;
   const IdealTorque* ideal_ = nullptr;

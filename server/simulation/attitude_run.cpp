@@ -75,6 +75,9 @@ class AttitudeRun final : public Run {
   void open_step(SampleSink& sink);
   void change_what_is_due(SampleSink& sink);
   void take_sample(SampleSink& sink);
+  [[gnu::flatten]] void ask_law(const AttitudeSight<double>& sight) {
+    held_.law = command(spec().law, sight);
+  }
   void switch_to_shadow(SampleSink& sink);
   void set_demand(std::size_t c, double demand, SampleSink& sink);
   void set_outputs(SampleSink& sink);
@@ -316,7 +319,7 @@ void AttitudeRun::take_sample(SampleSink& sink) {
   }
   if (!spec().maneuver.reference.is_fixed()) sight.reference = spec().maneuver.reference.at(t_s_);
   const Vector3d surface_before = held_.law.surface_rad_s;
-  held_.law = command(spec().law, sight);
+  ask_law(sight);
   if (observer_) {
     observer_state_ = sample_ == 0 ? initial_observer_state<double>(*spec().observer, held_.law.surface_rad_s)
                                    : observer_->step(observer_state_, surface_before, held_.law.surface_rad_s,
@@ -765,7 +768,9 @@ void AttitudeRun::state_at(double t_s, double* state) const {
 void AttitudeRun::fill_row(double t_s, std::span<double> state, std::span<double> thrusters) const {
   AttitudeState x;
   state_at(t_s, x.data());
-  const AttitudeDemand demand = loop_->is_sampled() ? held_ : loop_->demand(hold_, t_s, x.data());
+  AttitudeDemand now;
+  if (!loop_->is_sampled()) now = loop_->demand(hold_, t_s, x.data());
+  const AttitudeDemand& demand = loop_->is_sampled() ? held_ : now;
   std::size_t at = 0;
   const auto put = [&](const Vector3d& vector) {
     for (int axis = 0; axis < 3; ++axis) state[at++] = vector[axis];
