@@ -87,13 +87,33 @@ struct Firing {
   double from_s, to_s;
 };
 
+// What tells of a thruster: its valve, where delays or faults make it differ from its command; its own
+// command; or that of its pair, in which it is the positive or the negative one.
+struct Teller {
+  std::string channel;
+  int mode;
+};
+
+Teller teller_of(const json& events, std::size_t thruster) {
+  const std::string number = std::to_string(thruster);
+  for (const json& event : events.at("list"))
+    if (event.at("channel").get<std::string>().starts_with("valve_")) return {"valve_" + number, 1};
+  for (const json& channel : events.at("channels"))
+    if (channel == "thruster_" + number) return {channel, 1};
+  return {"axis_" + std::to_string((thruster + 1) / 2), thruster % 2 == 1 ? 1 : -1};
+}
+
 // To full precision, where the result tells every event.
-std::vector<Firing> firings_by_events(const json& events, const std::string& channel, double end_s) {
+std::vector<Firing> firings_by_events(const json& events, std::size_t thruster, double end_s) {
+  const Teller teller = teller_of(events, thruster);
   std::vector<Firing> firings;
+  bool is_on = false;
   for (const json& event : events.at("list")) {
-    if (event.at("channel") != channel) continue;
-    if (event.at("mode") != 0) firings.push_back({event.at("t_s"), end_s});
-    if (event.at("mode") == 0 && !firings.empty()) firings.back().to_s = event.at("t_s");
+    if (event.at("channel") != teller.channel) continue;
+    const bool goes_on = event.at("mode") == teller.mode;
+    if (goes_on && !is_on) firings.push_back({event.at("t_s"), end_s});
+    if (!goes_on && is_on) firings.back().to_s = event.at("t_s");
+    is_on = goes_on;
   }
   return firings;
 }
@@ -120,9 +140,8 @@ void add_bars(std::vector<Panel>& panels, const json& events, const json& series
     const auto on = columns.find("thruster_" + number + "_on");
     if (on == columns.end()) break;
     std::string points;
-    for (const Firing& firing : tells_all
-                                    ? firings_by_events(events, "valve_" + number, series.at("t_s").back())
-                                    : firings_by_samples(series.at("t_s"), *on))
+    for (const Firing& firing : tells_all ? firings_by_events(events, count + 1, series.at("t_s").back())
+                                          : firings_by_samples(series.at("t_s"), *on))
       points += in_full(firing.from_s) + ' ' + number + '\n' + in_full(firing.to_s) + ' ' + number + "\n\n";
     tics += (tics.empty() ? "" : ", ") + ("'" + number + "' ") + number;
     if (!points.empty()) panel.curves.push_back({"bars_" + number, points, "lines lw 6 lc rgb '#b71c1c'"});
