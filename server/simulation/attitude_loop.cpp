@@ -93,7 +93,8 @@ Vector3d AttitudeLoop::mrp_of(const double* state) const {
   return mrp<double>(Eigen::Map<const Eigen::Vector4d>(state));
 }
 
-AttitudeDemand AttitudeLoop::demand(const AttitudeHold& hold, double t_s, const double* state) const {
+[[gnu::flatten]] AttitudeDemand AttitudeLoop::demand(const AttitudeHold& hold, double t_s,
+                                                     const double* state) const {
   AttitudeSight<double> sight{mrp_of(state), rate_of(state), {}, hold.began_s};
   if (!spec_.maneuver.reference.is_fixed()) sight.reference = spec_.maneuver.reference.at(t_s);
   AttitudeDemand demand;
@@ -126,8 +127,8 @@ Vector3d AttitudeLoop::torque(const AttitudeHold& hold, double t_s, const Attitu
   return hold.torque_N_m + (t_s - hold.torque_began_s) * hold.torque_slope_N_m_s;
 }
 
-void AttitudeLoop::slope(const AttitudeHold& hold, double t_s, const AttitudeState& state,
-                         AttitudeState& slope) const {
+[[gnu::flatten]] void AttitudeLoop::slope(const AttitudeHold& hold, double t_s, const AttitudeState& state,
+                                          AttitudeState& slope) const {
   const Vector3d w = rate_of(state.data());
   if (attitude_size_ == 3)
     Vector(slope.data()) = mrp_rate<double>(ConstVector(state.data()), w);
