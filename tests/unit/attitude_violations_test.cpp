@@ -155,6 +155,18 @@ TEST(AttitudeViolations, OfSettling) {
   EXPECT_EQ(refused(settling("angle_deg", {{"type", "absolute"}})), Pointers{block + "/value_deg"});
 }
 
+TEST(AttitudeViolations, OfWhatWouldTakeTooManySteps) {
+  EXPECT_EQ(refused({{"simulation", {{"duration_s", 1e5}}},
+                     {"telemetry", {{"sample_period_s", 1}}},
+                     {"actuator", {{"modulator", {{"time_constant_s", 1e-4}}}}}}),
+            Pointers{"/actuator/modulator"});
+  EXPECT_EQ(refused({{"estimator", {{"type", "disturbance_observer"}, {"pole_rad_s", 1e7}}}}),
+            Pointers{"/estimator/pole_rad_s"});
+  EXPECT_EQ(refused({{"disturbances",
+                      {{{"type", "body_sinusoid"}, {"amplitude_N_m", {0, 0, 1}}, {"frequency_hz", 1e6}}}}}),
+            Pointers{"/disturbances"});
+}
+
 // Every part of a request for another number of axes is refused where it stands, and for no other reason.
 TEST(AttitudeViolations, OfPartsWithAnotherNumberOfAxes) {
   const json three =
