@@ -157,7 +157,7 @@ bool PacedLane::keep(Appointment& appointment, bool slept, Monotonic::time_point
   const double period_s = slice_period_of(flight);
   const bool first = anchor.version != appointment.anchor_version;
   if (end == SliceEnd::goes_on) {
-    // Due is the newest grid point that has passed: after an overrun the missed slices are flown as one.
+    // Due is the newest deadline that has passed: after an overrun the missed slices are flown as one.
     const double passed = std::floor(seconds(Monotonic::now() - anchor.wall) / period_s);
     const std::uint64_t due =
         first ? 0 : std::max(appointment.slice, static_cast<std::uint64_t>(std::max(0.0, passed)));
