@@ -43,14 +43,15 @@ class PacedLane {
     mutable std::mutex mutex;
     std::condition_variable wake;
     std::vector<Appointment> heap;
-    bool is_in_slice = false;
+    std::size_t in_slice = 0;  ///< taken from the heap to be flown, and what they load
     double in_slice_load = 0;
     std::thread thread;
   };
 
   void pace(Pacer& pacer);
-  /// Flies one slice and makes the next appointment; false when the flight has left the lane.
-  bool keep(Appointment& appointment, bool slept);
+  /// Flies one slice and makes the next appointment; false when the flight has left the lane. `woke`: the
+  /// pacer, from sleep or at once when it was late.
+  bool keep(Appointment& appointment, bool slept, Monotonic::time_point woke);
 
   NextStage& next_;
   std::vector<std::unique_ptr<Pacer>> pacers_;
