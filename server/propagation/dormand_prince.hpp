@@ -21,13 +21,13 @@ class DormandPrince {
   /// A new start: `slope(t, x, dx)` is evaluated there.
   template <typename Slope>
   void begin(const Slope& slope, double t, const State& x) {
-    x0_ = x;
+    std::copy_n(x.begin(), size_, x0_.begin());
     slope(t, x0_, k_[0]);
   }
   /// Goes on from the end of the last attempt, with the slope found there.
   void go_on() {
-    x0_ = x1_;
-    k_[0] = k_[6];
+    std::copy_n(x1_.begin(), size_, x0_.begin());
+    std::copy_n(k_[6].begin(), size_, k_[0].begin());
   }
 
   /// A step of length h from the start; may be tried again with another h.
@@ -40,6 +40,14 @@ class DormandPrince {
     stage(slope, t, 4, 8.0 / 9, {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729});
     stage(slope, t, 5, 1, {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656});
     stage(slope, t, 6, 1, {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84});
+    is_extended_ = false;
+  }
+
+  /// Ends the last attempt a little later or earlier, along the slope there: out by (by / length)^2 of what a
+  /// step changes.
+  void move_end(double by) {
+    for (std::size_t i = 0; i < size_; ++i) x1_[i] += by * k_[6][i];
+    h_ += by;
     is_extended_ = false;
   }
 
@@ -68,6 +76,7 @@ class DormandPrince {
   const State& start() const { return x0_; }
   const State& end() const { return x1_; }
   const State& first_slope() const { return k_[0]; }
+  const State& last_slope() const { return k_[6]; }
 
   /// The continuous extension at start + x h, of the components [from, to).
   void at(double x, std::size_t from, std::size_t to, double* state) {

@@ -21,6 +21,13 @@ class Quartic {
                     (-3 * v[0] + 16 * v[1] - 36 * v[2] + 48 * v[3] - 13 * v[4]) / 12, v[4]});
   }
 
+  /// Of the curve through such values, cheaply: true where it is below zero, but not always there. Its
+  /// coefficients leave the range of the values by 7.2 times that range at most.
+  static bool is_far_below(const std::array<double, 5>& v) {
+    const auto [least, most] = std::minmax({v[0], v[1], v[2], v[3], v[4]});
+    return most + 7.2 * (most - least) < 0;
+  }
+
   double at(double x) const {
     std::array<double, 5> b = b_;
     for (int n = 4; n > 0; --n)

@@ -526,6 +526,7 @@ std::optional<AttitudeRun::Crossing> AttitudeRun::first_crossing() {
   const auto consider = [&](Crossing crossing) {
     std::array<double, 5> guards;
     for (std::size_t i = 0; i < 5; ++i) guards[i] = guard(crossing, looks[i]);
+    if (Quartic::is_far_below(guards)) return;
     const Quartic curve = Quartic::through(guards);
     const auto x = curve.first_positive();
     crossing.x = x.value_or(2);
@@ -602,7 +603,17 @@ void AttitudeRun::land_on(const Crossing& crossing) {
     look(t_s_ + h, integrator_.end().data(), looks);
     const double value = guard(crossing, looks);
     (value > 0 ? until : from) = h;
-    if (i > 0 && h != h_before) rate = (value - value_before) / (h - h_before);
+    if (crossing.channel < channel_count() && !looks_at_law_) {
+      const double fs_rate = integrator_.last_slope()[loop_->filters_at() + crossing.channel];
+      rate = crossing.output != 0 ? crossing.output * fs_rate : -channel_[crossing.channel].output * fs_rate;
+      const double by = -value / rate;
+      if (rate > 0 && by * by <= 0.01 * spec().relative_tolerance * whole * whole) {
+        integrator_.move_end(by);
+        h += by;
+        break;
+      }
+    } else if (i > 0 && h != h_before)
+      rate = (value - value_before) / (h - h_before);
     h_before = h;
     value_before = value;
     double next = rate > 0 ? h - value / rate : -1;

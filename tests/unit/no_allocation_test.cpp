@@ -11,6 +11,7 @@
 
 #include "server/actuator/thruster_allocation.hpp"
 #include "server/sensor/attitude_sensor.hpp"
+#include "tests/unit/attitude_cases.hpp"
 #include "tests/unit/linear_cases.hpp"
 
 namespace {
@@ -151,6 +152,61 @@ TEST(NoAllocation, InAReadingOfTheAttitude) {
   for (int i = 0; i < 100; ++i) sensor.read({0, 0, 0.01 * i}, {0, 0, 0.1});
   counting = false;
   EXPECT_EQ(allocations, 0);
+}
+
+AttitudeSpecification slew_about_all_axes() {
+  AttitudeSpecification spec = test::yaw_half_turn(true, true);
+  spec.maneuver.initial_mrp = {0.3, -0.2, 0.4};
+  spec.duration_s = 3;
+  spec.telemetry_period_s = 0.01;
+  return spec;
+}
+
+TEST(NoAllocation, InAStepOfThreeAxesAtEveryInstant) {
+  AttitudeSpecification spec = slew_about_all_axes();
+  EXPECT_EQ(allocations_of(*make_attitude_run(spec)), 0);
+  EXPECT_EQ(allocations_of(*make_attitude_run(test::observed(spec, ObserverFeeding::applied_total))), 0);
+  std::get<AxisThrusters>(spec.actuator).modulator = SchmittModulator{};
+  std::get<AxisThrusters>(spec.actuator).valve.on_delay_s = 0.01;
+  EXPECT_EQ(allocations_of(*make_attitude_run(spec)), 0);
+  spec.actuator = IdealTorque{};
+  EXPECT_EQ(allocations_of(*make_attitude_run(spec)), 0);
+}
+
+TEST(NoAllocation, InAStepOfThreeAxesThatAreSampled) {
+  AttitudeSpecification spec = slew_about_all_axes();
+  spec.sample_period_s = 0.02;
+  spec.sensor.angle_noise_rad = 1e-4;
+  spec.sensor.delay_samples = 2;
+  std::get<AxisThrusters>(spec.actuator).valve.rise_s = 0.01;
+  std::get<AxisThrusters>(spec.actuator).valve.noise = 0.01;
+  for (const Modulator& modulator :
+       {Modulator{PwpfModulator{}}, Modulator{SchmittModulator{}}, Modulator{PulseWidthModulator{}}}) {
+    std::get<AxisThrusters>(spec.actuator).modulator = modulator;
+    EXPECT_EQ(allocations_of(*make_attitude_run(spec)), 0) << modulator.index();
+  }
+  EXPECT_EQ(allocations_of(*make_attitude_run(test::observed(spec, ObserverFeeding::commanded))), 0);
+}
+
+TEST(NoAllocation, InAStepOfThreeAxesWithMountedThrusters) {
+  AttitudeSpecification spec = slew_about_all_axes();
+  MountedThrusters mounted;
+  for (const double side : {-1, 1})
+    for (int axis = 0; axis < 3; ++axis)
+      for (const double sign : {-1, 1}) {
+        Thruster thruster;
+        thruster.position_m = side * Eigen::Vector3d::Unit(axis);
+        thruster.direction = sign * Eigen::Vector3d::Unit((axis + 1) % 3);
+        mounted.thrusters.push_back(thruster);
+      }
+  for (const std::optional<double> period_s : {std::optional<double>{}, std::optional<double>{0.02}})
+    for (const AllocationMethod method :
+         {AllocationMethod::non_negative_least_squares, AllocationMethod::linear_programme}) {
+      mounted.allocation = method;
+      spec.actuator = mounted;
+      spec.sample_period_s = period_s;
+      EXPECT_EQ(allocations_of(*make_attitude_run(spec)), 0);
+    }
 }
 
 }  // namespace
