@@ -55,7 +55,7 @@ double PacedLane::slice_period_s(double sample_period_s, double rate) {
 PacedLane::~PacedLane() {
   stopping_ = true;
   for (auto& pacer : pacers_) {
-    { const std::lock_guard lock(pacer->mutex); }
+    { const std::lock_guard<std::mutex> lock(pacer->mutex); }
     pacer->wake.notify_one();
   }
   for (auto& pacer : pacers_) pacer->thread.join();
@@ -66,7 +66,7 @@ void PacedLane::submit(FlightPointer flight) {
   Pacer* idlest = nullptr;
   double least = std::numeric_limits<double>::infinity();
   for (auto& pacer : pacers_) {
-    const std::lock_guard lock(pacer->mutex);
+    const std::lock_guard<std::mutex> lock(pacer->mutex);
     double load = pacer->in_slice_load;
     for (const Appointment& appointment : pacer->heap) load += appointment.flight->load();
     if (load < least) {
@@ -85,7 +85,7 @@ void PacedLane::submit(FlightPointer flight) {
       appointment.deadline = anchor.wall + from_seconds(static_cast<double>(appointment.slice) * period_s);
     }
     appointment.flight = std::move(flight);
-    const std::lock_guard lock(idlest->mutex);
+    const std::lock_guard<std::mutex> lock(idlest->mutex);
     idlest->heap.push_back(std::move(appointment));
     std::push_heap(idlest->heap.begin(), idlest->heap.end(), std::greater<>());
   }
@@ -95,7 +95,7 @@ void PacedLane::submit(FlightPointer flight) {
 std::size_t PacedLane::flying() const {
   std::size_t total = 0;
   for (const auto& pacer : pacers_) {
-    const std::lock_guard lock(pacer->mutex);
+    const std::lock_guard<std::mutex> lock(pacer->mutex);
     total += pacer->heap.size() + pacer->in_slice;
   }
   return total;
@@ -103,7 +103,7 @@ std::size_t PacedLane::flying() const {
 
 void PacedLane::pace(Pacer& pacer) {
   std::vector<Appointment> due;
-  std::unique_lock lock(pacer.mutex);
+  std::unique_lock<std::mutex> lock(pacer.mutex);
   // Processor time of this thread since the last call.
   auto spent = [accounted_s = thread_processor_s()]() mutable {
     const double now_s = thread_processor_s();

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/service/flight.hpp"
+#include "server/service/inheriting_mutex.hpp"
 
 namespace slew::service {
 
@@ -40,7 +41,7 @@ class PacedLane {
 
   // One thread and its flights: a heap of appointments, earliest first.
   struct Pacer {
-    mutable std::mutex mutex;
+    mutable InheritingMutex mutex;
     std::condition_variable wake;
     std::vector<Appointment> heap;
     std::size_t in_slice = 0;  ///< taken from the heap to be flown, and what they load
