@@ -203,14 +203,50 @@ std::string linear_script(const json& description, const std::string& title, con
   return text + "unset multiplot\n";
 }
 
+// Duty cycle over the demand, and, where pulses come again and again, how long they are.
+std::string modulator_script(const json& description, const std::string& title, const std::string& file) {
+  const json& design = description.at("design");
+  const std::string unit = design.at("unit");
+  std::string duty, on;
+  for (const json& point : design.at("curve")) {
+    const std::string demand = in_full(point.at("demand")) + ' ';
+    duty += demand + in_full(point.at("duty_cycle")) + '\n';
+    const json on_time = point.value("on_time_s", json());
+    if (on_time.is_number() && on_time > 0) on += demand + in_full(1000 * on_time.get<double>()) + '\n';
+  }
+  const json saturation = design.value("saturation", json());
+  std::string caption = "dead band " + rounded(design.at("dead_band")) + ' ' + unit;
+  if (saturation.is_number()) caption += ", saturation " + rounded(saturation) + ' ' + unit;
+  if (const json least = design.value("minimum_on_time_s", json()); least.is_number())
+    caption += ", shortest pulse " + rounded(1000 * least.get<double>()) + " ms";
+  std::string text =
+      terminal_for(file, 1000, 850) + "set encoding utf8\nset grid\nunset key\nset lmargin 10\n";
+  text += "set multiplot layout " + std::string(on.empty() ? "1" : "2") + ",1 title " + quoted(title) + "\n";
+  text += "set xrange [0:" + in_full(design.at("curve").back().at("demand")) + "]\nset yrange [0:1.05]\n";
+  text += "set title " + ctl::quoted(caption) + "\nset ylabel 'duty cycle'\nset xlabel " +
+          quoted("demand, " + unit) + "\n";
+  text += plot({{"duty", duty, "with lines lw 2" + colour(kLine)}},
+               ", x/" + in_full(design.at("level")) + " with lines dt 2" + colour("#888888"));
+  if (!on.empty())
+    text += "unset title\nset autoscale y\nset logscale y\nset ylabel 'pulse, ms'\n" +
+            plot({{"on", on, "with lines lw 2" + colour(kMark)}});
+  return text + "unset multiplot\n";
+}
+
+std::string script_of(const json& description, const std::string& title, const std::string& file) {
+  const json& design = description.at("design");
+  if (design.at("type") == "none")
+    throw Stop{kRefused, "nothing to draw: " + design.at("sentence").get<std::string>()};
+  if (design.at("type") == "linear") return linear_script(description, title, file);
+  if (design.at("type") == "modulator") return modulator_script(description, title, file);
+  return phase_plane_script(description, title, file);
+}
+
 }  // namespace
 
 void draw_design(const json& description, const std::string& title, const std::string& file) {
   check_picture_name(file);
-  const bool is_linear = description.at("design").at("type") == "linear";
-  run_gnuplot(
-      is_linear ? linear_script(description, title, file) : phase_plane_script(description, title, file),
-      file);
+  run_gnuplot(script_of(description, title, file), file);
 }
 
 }  // namespace slew::ctl

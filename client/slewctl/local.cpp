@@ -40,11 +40,14 @@ std::string in_words(const json& value) {
   return "[" + text + "]";
 }
 
-// Numbers of a description, one a line, with the path that leads to them.
+// Numbers of a description, one a line, with the path that leads to them. Curves are for pictures and
+// programs.
 void add_rows(std::vector<std::vector<std::string>>& rows, const std::string& path, const json& value) {
-  if (value.is_object()) {
+  const bool is_list = value.is_array() && !value.empty() && value.front().is_object();
+  if (value.is_object() || is_list) {
     const std::string prefix = path.empty() ? path : path + ".";
-    for (const auto& [key, child] : value.items()) add_rows(rows, prefix + key, child);
+    for (const auto& [key, child] : value.items())
+      if (key != "curve") add_rows(rows, prefix + key, child);
   } else {
     rows.push_back({path, in_words(value)});
   }
@@ -53,7 +56,7 @@ void add_rows(std::vector<std::vector<std::string>>& rows, const std::string& pa
 // A row for each mode, as clamped and coupled to the hub; hub-free frequencies do not belong to one each, but
 // stand in order.
 std::string mode_table(const json& plant) {
-  const json& couplings = plant.at("couplings_sqrt_kg_m");
+  const json couplings = plant.value("couplings_sqrt_kg_m", json::array());
   if (couplings.empty()) return "";
   std::vector<std::vector<std::string>> rows{
       {"mode", "clamped, Hz", "damping", "D, kg^1/2 m", "D^2, kg m^2", "hub free, Hz"}};

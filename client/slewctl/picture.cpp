@@ -39,6 +39,7 @@ constexpr Vector kVectors[] = {{"mrp_", "", "p, MRP", 1},
                                {"surface_", "_rad_s", "s, deg/s", kDegPerRad},
                                {"estimated_disturbance_", "_N_m", "disturbance^, N m", 1},
                                {"torque_", "_N_m", "torque, N m", 1}};
+constexpr const char* kAxes[] = {"x", "y", "z"};
 constexpr const char* kAxisColors[] = {"#b71c1c", "#2e7d32", "#1f4e9c"};
 
 // Data blocks of gnuplot's, how they are drawn, and what must be set before.
@@ -65,7 +66,7 @@ void add_panel(std::vector<Panel>& panels, const json& series, const Quantity& q
   if (column == series.at("columns").end()) return;
   panels.push_back({quantity.label,
                     {{quantity.channel, points_of(series.at("t_s"), *column, quantity.factor),
-                      "lines lw 2 lc rgb '" + std::string(quantity.color) + "'"}},
+                      "with lines lw 2 lc rgb '" + std::string(quantity.color) + "'"}},
                     ""});
 }
 
@@ -75,9 +76,12 @@ void add_panel(std::vector<Panel>& panels, const json& series, const Vector& vec
     const std::string channel = vector.prefix + std::to_string(axis + 1) + vector.suffix;
     const auto column = series.at("columns").find(channel);
     if (column == series.at("columns").end()) return;
-    panel.curves.push_back({channel, points_of(series.at("t_s"), *column, vector.factor),
-                            std::string("lines lw 1.5 lc rgb '") + kAxisColors[axis] + "'"});
+    panel.curves.push_back(
+        {channel, points_of(series.at("t_s"), *column, vector.factor),
+         std::string("with lines lw 1.5 lc rgb '") + kAxisColors[axis] + "' title '" + kAxes[axis] + "'"});
   }
+  // Which axis is which is said once.
+  panel.settings = panels.empty() ? "set key top right horizontal\n" : "unset key\n";
   panels.push_back(std::move(panel));
 }
 
@@ -87,13 +91,33 @@ struct Firing {
   double from_s, to_s;
 };
 
+// What tells of a thruster: its valve, where delays or faults make it differ from its command; its own
+// command; or that of its pair, in which it is the positive or the negative one.
+struct Teller {
+  std::string channel;
+  int mode;
+};
+
+Teller teller_of(const json& events, std::size_t thruster) {
+  const std::string number = std::to_string(thruster);
+  for (const json& event : events.at("list"))
+    if (event.at("channel").get<std::string>().starts_with("valve_")) return {"valve_" + number, 1};
+  for (const json& channel : events.at("channels"))
+    if (channel == "thruster_" + number) return {channel, 1};
+  return {"axis_" + std::to_string((thruster + 1) / 2), thruster % 2 == 1 ? 1 : -1};
+}
+
 // To full precision, where the result tells every event.
-std::vector<Firing> firings_by_events(const json& events, const std::string& channel, double end_s) {
+std::vector<Firing> firings_by_events(const json& events, std::size_t thruster, double end_s) {
+  const Teller teller = teller_of(events, thruster);
   std::vector<Firing> firings;
+  bool is_on = false;
   for (const json& event : events.at("list")) {
-    if (event.at("channel") != channel) continue;
-    if (event.at("mode") != 0) firings.push_back({event.at("t_s"), end_s});
-    if (event.at("mode") == 0 && !firings.empty()) firings.back().to_s = event.at("t_s");
+    if (event.at("channel") != teller.channel) continue;
+    const bool goes_on = event.at("mode") == teller.mode;
+    if (goes_on && !is_on) firings.push_back({event.at("t_s"), end_s});
+    if (!goes_on && is_on) firings.back().to_s = event.at("t_s");
+    is_on = goes_on;
   }
   return firings;
 }
@@ -120,12 +144,13 @@ void add_bars(std::vector<Panel>& panels, const json& events, const json& series
     const auto on = columns.find("thruster_" + number + "_on");
     if (on == columns.end()) break;
     std::string points;
-    for (const Firing& firing : tells_all
-                                    ? firings_by_events(events, "valve_" + number, series.at("t_s").back())
-                                    : firings_by_samples(series.at("t_s"), *on))
-      points += in_full(firing.from_s) + ' ' + number + '\n' + in_full(firing.to_s) + ' ' + number + "\n\n";
+    for (const Firing& firing : tells_all ? firings_by_events(events, count + 1, series.at("t_s").back())
+                                          : firings_by_samples(series.at("t_s"), *on))
+      points += in_full(firing.from_s) + ' ' + number + ' ' + in_full(firing.to_s - firing.from_s) + " 0\n";
     tics += (tics.empty() ? "" : ", ") + ("'" + number + "' ") + number;
-    if (!points.empty()) panel.curves.push_back({"bars_" + number, points, "lines lw 6 lc rgb '#b71c1c'"});
+    if (!points.empty())
+      panel.curves.push_back(
+          {"bars_" + number, points, "using 1:2:3:4 with vectors nohead lw 6 lc rgb '#b71c1c'"});
   }
   if (panel.curves.empty()) return;
   panel.settings =
@@ -135,7 +160,7 @@ void add_bars(std::vector<Panel>& panels, const json& events, const json& series
 
 // The modes of one event channel, from the first to the last that the result tells, or to the end.
 Panel firing_panel(const json& events, const std::string& channel, double end_s) {
-  Panel panel{channel, {{channel, "0 0\n", "steps lw 1 lc rgb '#b71c1c'"}}, ""};
+  Panel panel{channel, {{channel, "0 0\n", "with steps lw 1 lc rgb '#b71c1c'"}}, ""};
   std::string& points = panel.curves.front().points;
   int mode = 0;
   for (const json& event : events.at("list")) {
@@ -177,7 +202,7 @@ std::string script(const json& result, const json& series, const std::string& ti
             (&panel == &panels.back() ? "'t, s'" : "''") + "\n" + panel.settings;
     std::string plots;
     for (const Curve& curve : panel.curves)
-      plots += (plots.empty() ? "plot $" : ", $") + curve.name + " with " + curve.style;
+      plots += (plots.empty() ? "plot $" : ", $") + curve.name + ' ' + curve.style;
     text += plots + "\n";
   }
   return text + "unset multiplot\n";

@@ -33,14 +33,19 @@ std::string value_in_words(const json& value) {
   return value.is_number_integer() ? value.dump() : value.is_number() ? number(value.get<double>()) : "-";
 }
 
+// About one axis by sign, in three axes by thruster.
 void add_tally(std::vector<std::vector<std::string>>& rows, const json& metrics, const char* key) {
   const auto [name, unit] = name_and_unit(key);
   const json& tally = metrics.at(key);
-  rows.push_back({name, value_in_words(tally.at("total")), unit,
-                  "+ " + value_in_words(tally.at("positive")) + ", - " +
-                      value_in_words(tally.at("negative")) + "; braking + " +
-                      value_in_words(tally.at("braking").at("positive")) + ", - " +
-                      value_in_words(tally.at("braking").at("negative"))});
+  const json& each = tally.at("per_thruster");
+  std::string parts;
+  if (each.size() > 2)
+    for (const json& one : each) parts += (parts.empty() ? "each " : ", ") + value_in_words(one);
+  else
+    parts = "+ " + value_in_words(tally.at("positive")) + ", - " + value_in_words(tally.at("negative")) +
+            "; braking + " + value_in_words(tally.at("braking").at("positive")) + ", - " +
+            value_in_words(tally.at("braking").at("negative"));
+  if (!each.empty()) rows.push_back({name, value_in_words(tally.at("total")), unit, parts});
 }
 
 std::string verification_in_words(const json& verification) {

@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "server/actuator/modulator_figures.hpp"
 #include "server/experiment/law_fields.hpp"
+#include "server/experiment/limits.hpp"
 
 namespace slew {
 
@@ -281,8 +283,50 @@ AttitudeSpecification specify_attitude(const json& request) {
   return spec;
 }
 
-std::optional<Violation> why_it_cannot_be_built(const AttitudeSpecification&) {
-  return std::nullopt;
+namespace {
+
+// Of the pulses of a channel, at the demand between dead band and saturation at which they come fastest; 0
+// without.
+double switchings_per_s(const AttitudeSpecification& spec) {
+  double most = 0;
+  const auto add = [&](const Modulator& modulator, double level) {
+    const auto* pwpf = std::get_if<PwpfModulator>(&modulator);
+    if (!pwpf) return;
+    const PwpfFigures of = figures(*pwpf, level);
+    const double demand = 0.5 * (of.dead_band + std::min(of.saturation, std::max(level, 2 * of.dead_band)));
+    most = std::max(most, 2 / steady_pulses(*pwpf, level, demand).period_s());
+  };
+  if (const auto* pairs = std::get_if<AxisThrusters>(&spec.actuator))
+    for (const double level : pairs->torque_N_m) add(pairs->modulator, level);
+  if (const auto* mounted = std::get_if<MountedThrusters>(&spec.actuator))
+    for (const Thruster& thruster : mounted->thrusters) add(mounted->modulator, thruster.thrust_N);
+  return most;
+}
+
+}  // namespace
+
+std::optional<Violation> why_it_cannot_be_built(const AttitudeSpecification& spec) {
+  const double most_per_s = limits().max_steps / spec.duration_s;
+  const auto too_fast = [&](double per_s, const char* pointer, const char* what) -> std::optional<Violation> {
+    if (per_s <= most_per_s) return std::nullopt;
+    return Violation{pointer, std::string("the run would take too many steps: ") + what,
+                     number(per_s) + " 1/s", "at most " + number(most_per_s) + " 1/s for this duration"};
+  };
+  double frequency_rad_s = 0;
+  for (const BodySinusoid& one : spec.disturbances.sinusoids)
+    frequency_rad_s = std::max(frequency_rad_s, one.frequency_rad_s);
+  if (auto violation = too_fast(frequency_rad_s, "/disturbances", "a disturbance is too fast"))
+    return violation;
+  if (const auto* moving = std::get_if<MrpSinusoids>(&spec.maneuver.reference.shape))
+    if (auto violation =
+            too_fast(moving->frequency_rad_s.maxCoeff(), "/maneuver/reference", "the reference is too fast"))
+      return violation;
+  if (spec.sample_period_s) return std::nullopt;
+  if (spec.observer)
+    if (auto violation =
+            too_fast(spec.observer->pole_rad_s, "/estimator/pole_rad_s", "the observer is too fast"))
+      return violation;
+  return too_fast(switchings_per_s(spec), "/actuator/modulator", "the modulator switches too often");
 }
 
 std::vector<std::string> warnings_about(const AttitudeSpecification& spec) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "server/actuator/torque_authority.hpp"
 #include "server/experiment/attitude_request.hpp"
 #include "server/experiment/law_fields.hpp"
 
@@ -303,20 +304,52 @@ void check_modulator(const SoundFields& fields, const Violate& violate) {
             "less than actuator.modulator.on, " + number(*on));
 }
 
+// Whether every number of the thrusters' geometry is sound.
+bool are_sound(const SoundFields& fields, std::size_t thrusters) {
+  for (std::size_t i = 0; i < thrusters; ++i)
+    for (const char* vector : {"/position_m/", "/direction/"})
+      for (const char* component : {"0", "1", "2"})
+        if (!fields.number("/actuator/thrusters/" + std::to_string(i) + vector + component)) return false;
+  return true;
+}
+
+void check_authority(const SoundFields& fields, const json& thrusters, const Violate& violate) {
+  if (!are_sound(fields, thrusters.size())) return;
+  std::vector<Thruster> set(thrusters.size());
+  for (std::size_t i = 0; i < set.size(); ++i) {
+    set[i].position_m = vector_of(thrusters[i].at("position_m"));
+    set[i].direction = vector_of(thrusters[i].at("direction")).stableNormalized();
+  }
+  std::string missing;
+  for (const AxisDirection& direction : torques_that_cannot_be_made(set))
+    missing += std::string(missing.empty() ? "" : ", ") + (direction.sign > 0 ? '+' : '-') +
+               kAxes[static_cast<std::size_t>(direction.axis)];
+  if (missing.empty()) return;
+  violate("/actuator/thrusters",
+          "no combination of these thrusters makes a torque about " + missing +
+              " alone, so there are torques that cannot be allocated",
+          std::to_string(set.size()) + " thrusters",
+          "thrusters that push about each axis in both directions; at least four are needed");
+}
+
 void check_thrusters(const SoundFields& fields, const Violate& violate) {
   const json* thrusters = fields.at("/actuator/thrusters");
   if (!thrusters || !thrusters->is_array()) return;
+  bool have_directions = true;
   for (std::size_t i = 0; i < thrusters->size(); ++i) {
     const std::string place = "/actuator/thrusters/" + std::to_string(i);
     const json* direction = fields.at(place + "/direction");
     if (direction && direction->is_array() &&
-        std::all_of(direction->begin(), direction->end(), [](const json& value) { return value == 0; }))
+        std::all_of(direction->begin(), direction->end(), [](const json& value) { return value == 0; })) {
       violate(place + "/direction", "the thruster has no direction", shortened(*direction),
               "a vector that is not 0");
+      have_directions = false;
+    }
     if (fields.lacks(place, "thrust_N") && fields.lacks("/actuator", "thrust_N"))
       violate(place + "/thrust_N", "a required field is missing", "",
               "given here, or as actuator.thrust_N for all");
   }
+  if (have_directions) check_authority(fields, *thrusters, violate);
 }
 
 }  // namespace

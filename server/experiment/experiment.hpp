@@ -72,11 +72,13 @@ std::unique_ptr<Run> make_verification(const Prepared& prepared);
 nlohmann::json describe(const Prepared& prepared);
 
 /// What pictures of the design are drawn from: its `type`; for linear laws root locus and Bode's curves, for
-/// on-off ones the phase plane.
+/// on-off ones the phase plane, in three axes the modulator's duty cycle; "none", and a `sentence`, where
+/// there is nothing to draw.
 nlohmann::json design_curves(const Prepared& prepared);
 
 /// What the plant is made of: inertias, modes and couplings as they fly; for a frame also its mass properties
-/// and all its modes, derived anew. "frame" is null for a plant that has none.
+/// and all its modes, derived anew. "frame" is null for a plant that has none. Of a rigid body its principal
+/// moments and axes.
 nlohmann::json model(const Prepared& prepared);
 
 /// What the service knows of a result besides the run's own report.

@@ -143,15 +143,19 @@ std::vector<Violation> physics_violations(const json& request,
   const bool is_continuous = fields.says("/controller/evaluation/type", "continuous");
   const bool is_sampled = fields.says("/controller/evaluation/type", "sampled");
   check_attitude(fields, violate);
-  // What has another number of axes than the plant needs no other reason.
+  // What has another number of axes than the plant needs no other reason, and a law that has makes no other
+  // sense.
   const std::vector<Violation> misfits = violations;
+  const auto is_misfit = [&](const std::string& pointer) {
+    return std::any_of(misfits.begin(), misfits.end(),
+                       [&](const Violation& misfit) { return misfit.pointer == pointer; });
+  };
   const auto violate_besides = [&](std::string pointer, std::string problem, std::string given,
                                    std::string allowed) {
-    const auto is_there = [&](const Violation& misfit) { return misfit.pointer == pointer; };
-    if (std::none_of(misfits.begin(), misfits.end(), is_there))
+    if (!is_misfit(pointer))
       violate(std::move(pointer), std::move(problem), std::move(given), std::move(allowed));
   };
-  if (!has_three_axes(fields)) check_axis(fields, violate_besides);
+  if (!has_three_axes(fields) && !is_misfit("/controller/type")) check_axis(fields, violate_besides);
   if (fields.says("/stop/when", "end_box") && !has_three_axes(fields) &&
       fields.lacks("/controller", "end_box") && !has_linear_law(fields))
     violate("/stop/when", "the run cannot stop at the end box of a controller that has none", "\"end_box\"",

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "server/service/wakeup_grid.hpp"
+
 namespace slew::service {
 namespace {
 
@@ -152,12 +154,11 @@ SliceEnd Flight::begin() try {
 }
 
 void Flight::anchor_now(std::optional<std::int64_t> start_unix_ns) {
-  anchor_.wall = Monotonic::now();
-  if (start_unix_ns) {
-    // A start that is told too late, by a clock that was set or a server that was away, is a start now.
-    const std::int64_t late_ns = unix_ns() - *start_unix_ns;
-    if (std::abs(late_ns) < 1'000'000'000) anchor_.wall -= std::chrono::nanoseconds(late_ns);
-  }
+  const auto now = Monotonic::now();
+  // A start that is told too late, by a clock that was set or a server that was away, is a start now.
+  const std::int64_t late_ns = start_unix_ns ? unix_ns() - *start_unix_ns : INT64_MAX;
+  const bool is_ordered = -1'000'000'000 < late_ns && late_ns < 1'000'000'000;
+  anchor_.wall = is_ordered ? now - std::chrono::nanoseconds(late_ns) : on_wakeup_grid(now);
   anchor_.sim_s = run_->t_s();
   ++anchor_.version;
 }

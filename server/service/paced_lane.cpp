@@ -55,7 +55,7 @@ double PacedLane::slice_period_s(double sample_period_s, double rate) {
 PacedLane::~PacedLane() {
   stopping_ = true;
   for (auto& pacer : pacers_) {
-    { const std::lock_guard lock(pacer->mutex); }
+    { const std::lock_guard<std::mutex> lock(pacer->mutex); }
     pacer->wake.notify_one();
   }
   for (auto& pacer : pacers_) pacer->thread.join();
@@ -66,7 +66,7 @@ void PacedLane::submit(FlightPointer flight) {
   Pacer* idlest = nullptr;
   double least = std::numeric_limits<double>::infinity();
   for (auto& pacer : pacers_) {
-    const std::lock_guard lock(pacer->mutex);
+    const std::lock_guard<std::mutex> lock(pacer->mutex);
     double load = pacer->in_slice_load;
     for (const Appointment& appointment : pacer->heap) load += appointment.flight->load();
     if (load < least) {
@@ -85,7 +85,7 @@ void PacedLane::submit(FlightPointer flight) {
       appointment.deadline = anchor.wall + from_seconds(static_cast<double>(appointment.slice) * period_s);
     }
     appointment.flight = std::move(flight);
-    const std::lock_guard lock(idlest->mutex);
+    const std::lock_guard<std::mutex> lock(idlest->mutex);
     idlest->heap.push_back(std::move(appointment));
     std::push_heap(idlest->heap.begin(), idlest->heap.end(), std::greater<>());
   }
@@ -95,15 +95,20 @@ void PacedLane::submit(FlightPointer flight) {
 std::size_t PacedLane::flying() const {
   std::size_t total = 0;
   for (const auto& pacer : pacers_) {
-    const std::lock_guard lock(pacer->mutex);
-    total += pacer->heap.size() + (pacer->is_in_slice ? 1 : 0);
+    const std::lock_guard<std::mutex> lock(pacer->mutex);
+    total += pacer->heap.size() + pacer->in_slice;
   }
   return total;
 }
 
 void PacedLane::pace(Pacer& pacer) {
-  std::unique_lock lock(pacer.mutex);
-  double accounted_s = thread_processor_s();
+  std::vector<Appointment> due;
+  std::unique_lock<std::mutex> lock(pacer.mutex);
+  // Processor time of this thread since the last call.
+  auto spent = [accounted_s = thread_processor_s()]() mutable {
+    const double now_s = thread_processor_s();
+    return now_s - std::exchange(accounted_s, now_s);
+  };
   while (!stopping_) {
     if (pacer.heap.empty()) {
       pacer.wake.wait(lock);
@@ -111,40 +116,49 @@ void PacedLane::pace(Pacer& pacer) {
     }
     const auto deadline = pacer.heap.front().deadline;
     const bool slept = Monotonic::now() < deadline;
-    if (slept) {
-      pacer.wake.wait_until(lock, deadline);
-      if (pacer.heap.empty() || Monotonic::now() < pacer.heap.front().deadline) continue;
+    if (slept) pacer.wake.wait_until(lock, deadline);
+    const auto woke = Monotonic::now();
+    // All that are due share this wake-up.
+    while (!pacer.heap.empty() && pacer.heap.front().deadline <= woke) {
+      std::pop_heap(pacer.heap.begin(), pacer.heap.end(), std::greater<>());
+      due.push_back(std::move(pacer.heap.back()));
+      pacer.heap.pop_back();
+      pacer.in_slice_load += due.back().flight->load();
     }
-    std::pop_heap(pacer.heap.begin(), pacer.heap.end(), std::greater<>());
-    Appointment appointment = std::move(pacer.heap.back());
-    pacer.heap.pop_back();
-    pacer.is_in_slice = true;
-    pacer.in_slice_load = appointment.flight->load();
+    if (due.empty()) continue;
+    pacer.in_slice = due.size();
     lock.unlock();
-    const bool goes_on = keep(appointment, slept);
-    // What the thread spent since the last slice, waking and sorting included, was spent for this one.
-    const double now_s = thread_processor_s();
-    const double spent_s = now_s - std::exchange(accounted_s, now_s);
-    if (goes_on) appointment.flight->record_cost(spent_s, slice_period_of(*appointment.flight));
+    // Waking and sorting since the last slice was for all of them.
+    const double shared_s = spent() / static_cast<double>(due.size());
+    for (Appointment& appointment : due) {
+      const bool goes_on = keep(appointment, slept, woke);
+      const double cost_s = shared_s + spent();
+      if (goes_on)
+        appointment.flight->record_cost(cost_s, slice_period_of(*appointment.flight));
+      else
+        appointment.flight.reset();
+    }
     lock.lock();
-    pacer.is_in_slice = false;
+    pacer.in_slice = 0;
     pacer.in_slice_load = 0;
-    if (!goes_on) continue;
-    pacer.heap.push_back(std::move(appointment));
-    std::push_heap(pacer.heap.begin(), pacer.heap.end(), std::greater<>());
+    for (Appointment& appointment : due) {
+      if (!appointment.flight) continue;
+      pacer.heap.push_back(std::move(appointment));
+      std::push_heap(pacer.heap.begin(), pacer.heap.end(), std::greater<>());
+    }
+    due.clear();
   }
 }
 
-bool PacedLane::keep(Appointment& appointment, bool slept) {
+bool PacedLane::keep(Appointment& appointment, bool slept, Monotonic::time_point woke) {
   Flight& flight = *appointment.flight;
-  const auto woke = Monotonic::now();
   SliceEnd end = begin_slice(appointment.flight, next_);
   const auto& anchor = flight.anchor();
   const double period_s = slice_period_of(flight);
   const bool first = anchor.version != appointment.anchor_version;
   if (end == SliceEnd::goes_on) {
-    // Due is the newest grid point that has passed: after an overrun the missed slices are flown as one.
-    const double passed = std::floor(seconds(woke - anchor.wall) / period_s);
+    // Due is the newest deadline that has passed: after an overrun the missed slices are flown as one.
+    const double passed = std::floor(seconds(Monotonic::now() - anchor.wall) / period_s);
     const std::uint64_t due =
         first ? 0 : std::max(appointment.slice, static_cast<std::uint64_t>(std::max(0.0, passed)));
     const double until_s = anchor.sim_s + anchor.rate * (static_cast<double>(due) * period_s);

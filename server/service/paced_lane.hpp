@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/service/flight.hpp"
+#include "server/service/inheriting_mutex.hpp"
 
 namespace slew::service {
 
@@ -40,17 +41,18 @@ class PacedLane {
 
   // One thread and its flights: a heap of appointments, earliest first.
   struct Pacer {
-    mutable std::mutex mutex;
+    mutable InheritingMutex mutex;
     std::condition_variable wake;
     std::vector<Appointment> heap;
-    bool is_in_slice = false;
+    std::size_t in_slice = 0;  ///< taken from the heap to be flown, and what they load
     double in_slice_load = 0;
     std::thread thread;
   };
 
   void pace(Pacer& pacer);
-  /// Flies one slice and makes the next appointment; false when the flight has left the lane.
-  bool keep(Appointment& appointment, bool slept);
+  /// Flies one slice and makes the next appointment; false when the flight has left the lane. `woke`: the
+  /// pacer, from sleep or at once when it was late.
+  bool keep(Appointment& appointment, bool slept, Monotonic::time_point woke);
 
   NextStage& next_;
   std::vector<std::unique_ptr<Pacer>> pacers_;

@@ -1,6 +1,7 @@
 #include "server/service/server.hpp"
 
 #include <fcntl.h>
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 #include <sys/file.h>
 #include <systemd/sd-daemon.h>
@@ -282,14 +283,24 @@ void Server::make_room() {
 void Server::watch_health() {
   const auto& most = limits();
   auto next = Monotonic::now(), next_trim = next;
+  bool has_forgotten = false;
   std::unique_lock lock(health_mutex_);
   while (!stopping_) {
     lock.unlock();
     const auto now = Monotonic::now();
+    // What was forgotten a second ago is free by now. The heap would keep what a long queue needed, and every
+    // page on which something stays.
+    const bool is_calm = as_fast_->waiting() + as_fast_->under_way() == 0;
+    if (has_forgotten && (is_calm || now >= next_trim)) {
+      malloc_trim(0);
+      has_forgotten = false;
+    }
     health_writer_.write(health());
     const auto age = from_seconds(most.retention_s);
-    for (const FlightPointer& flight : registry_.take_expired(most.retained_experiments, age))
+    for (const FlightPointer& flight : registry_.take_expired(most.retained_experiments, age)) {
       publisher_->forget(flight);
+      has_forgotten = true;
+    }
     replies_.forget(2 * most.retained_experiments, age);
     if (now >= next_trim) {
       make_room();

@@ -101,9 +101,11 @@ class AttitudeRun final : public Run {
   void measure_segment(double h);
   void measure_held_torque(double h);
   void state_at(double t_s, double* state) const;
+  void exact_state_at(double t_s, double* state) const;
 
   void hand_out(double until_s, bool inclusive, SampleSink& sink);
-  void fill_row(double t_s, std::span<double> state, std::span<double> thrusters) const;
+  void fill_row(double t_s, const AttitudeState& x, std::span<double> state,
+                std::span<double> thrusters) const;
   void finish(const char* reason, SampleSink& sink);
   void digest_state();
 
@@ -765,9 +767,21 @@ void AttitudeRun::state_at(double t_s, double* state) const {
     integrator_.at(x, 0, loop_->size(), state);
 }
 
-void AttitudeRun::fill_row(double t_s, std::span<double> state, std::span<double> thrusters) const {
-  AttitudeState x;
-  state_at(t_s, x.data());
+// By a step of the method's own, which is of a higher order than what lies between its ends.
+void AttitudeRun::exact_state_at(double t_s, double* state) const {
+  if (!step_is_open_ || t_s == t_s_) return state_at(t_s, state);
+  const auto part = [&](auto copy, auto take) {
+    take(copy);
+    std::copy_n(copy.end().begin(), loop_->size(), state);
+  };
+  if (loop_->is_sampled())
+    part(segment_, [&](auto& segment) { segment.step(slope(), t_s_, t_s - t_s_); });
+  else
+    part(integrator_, [&](auto& integrator) { integrator.attempt(slope(), t_s_, t_s - t_s_); });
+}
+
+void AttitudeRun::fill_row(double t_s, const AttitudeState& x, std::span<double> state,
+                           std::span<double> thrusters) const {
   AttitudeDemand now;
   if (!loop_->is_sampled()) now = loop_->demand(hold_, t_s, x.data());
   const AttitudeDemand& demand = loop_->is_sampled() ? held_ : now;
@@ -803,16 +817,19 @@ void AttitudeRun::hand_out(double until_s, bool inclusive, SampleSink& sink) {
   const auto is_in_reach = [&](double t_s) {
     return t_s <= until_s && (t_s < end_s_ || (inclusive && t_s <= end_s_));
   };
+  AttitudeState x;
   for (double t_s = static_cast<double>(next_row_) * spec().telemetry_period_s; is_in_reach(t_s);
        t_s = static_cast<double>(++next_row_) * spec().telemetry_period_s) {
-    fill_row(t_s, state_row_, thruster_row_);
+    state_at(t_s, x.data());
+    fill_row(t_s, x, state_row_, thruster_row_);
     sink.sample(t_s, state_row_, thruster_row_);
     last_row_s_ = t_s;
   }
   for (; next_output_ < report_.outputs.size() && is_in_reach(report_.outputs[next_output_].t_s);
        ++next_output_) {
     OutputRow& output = report_.outputs[next_output_];
-    fill_row(output.t_s, output.state, output.thrusters);
+    exact_state_at(output.t_s, x.data());
+    fill_row(output.t_s, x, output.state, output.thrusters);
   }
 }
 
@@ -820,7 +837,7 @@ void AttitudeRun::finish(const char* reason, SampleSink& sink) {
   end_s_ = t_s_;
   hand_out(t_s_, true, sink);
   if (last_row_s_ < t_s_) {
-    fill_row(t_s_, state_row_, thruster_row_);
+    fill_row(t_s_, state_, state_row_, thruster_row_);
     sink.sample(t_s_, state_row_, thruster_row_);
   }
   if (next_output_ < report_.outputs.size()) {
@@ -839,7 +856,7 @@ RunReport AttitudeRun::report() const {
   std::vector<double> thrusters(columns_->thrusters.size());
   report.metrics = metrics_.finish(t_s_, loop_->mrp_of(state_.data()), loop_->rate_of(state_.data()));
   report.metrics.final_state.resize(columns_->state.size());
-  fill_row(t_s_, report.metrics.final_state, thrusters);
+  fill_row(t_s_, state_, report.metrics.final_state, thrusters);
   if (bank_) add_thrusters(*bank_, propellant_of(spec().actuator)->gas_density_kg_m3, t_s_, report.metrics);
   report.digest = digester_.digest();
   return report;

@@ -593,9 +593,9 @@ RunStatus SundialsOnOffRun::advance(double, std::int64_t max_steps, SampleSink&)
     const bool is_held = !is_sampled() && ordered_ != 0 && t_s_ < hold_until_s_;
     if (is_held) stop_s = std::min(stop_s, hold_until_s_);
     fly_to(stop_s);
-    // When a hold is over the side is judged afresh.
+    // When a hold is over the side is judged afresh, by the hysteresis of what has been firing.
     if (is_held && t_s_ >= hold_until_s_) {
-      side_ = 0;
+      side_ = -ordered_;
       side_ = side_ahead();
     }
   }

@@ -116,16 +116,6 @@ void sleep_s(double seconds) {
   std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
 }
 
-std::string utc(std::int64_t unix_ns) {
-  const std::time_t seconds = unix_ns / 1'000'000'000;
-  std::tm parts{};
-  gmtime_r(&seconds, &parts);
-  char text[64], fraction[16];
-  std::strftime(text, sizeof text, "%FT%T", &parts);
-  std::snprintf(fraction, sizeof fraction, ".%09lldZ", static_cast<long long>(unix_ns % 1'000'000'000));
-  return std::string(text) + fraction;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -161,29 +151,26 @@ int main(int argc, char** argv) {
   const json paced = {{"preset", kPreset},
                       {"stop", {{"when", "duration"}}},
                       {"simulation", {{"duration_s", duration_s}}},
-                      {"telemetry", {{"sample_period_s", 1 / hz}, {"publish_max_hz", 50}}}};
+                      {"telemetry", {{"sample_period_s", 1 / hz}, {"publish_max_hz", 50}}},
+                      {"timing", {{"mode", "real_time"}}}};
   const std::string interval = std::to_string(static_cast<int>(1e6 / hz));
   test::Process cyclictest(
       {"/usr/bin/cyclictest", "--default-system", "-m", "-q", "-t", "2", "-p", "20", "--policy=fifo", "-i",
        interval, "-D", std::to_string(static_cast<int>(duration_s)), "-h", "20000"},
       state.path() / "cyclictest");
-  // Phases spread over one period, from a start that all have been accepted by.
-  const auto first_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
-                            (std::chrono::system_clock::now() + std::chrono::seconds(2)).time_since_epoch())
-                            .count();
+  // Begun as they come, so that their phases are spread.
+  const auto first = Clock::now();
   std::vector<std::string> ids;
-  for (int i = 0; i < experiments; ++i) {
-    json request = paced;
-    request["timing"] = {{"mode", "real_time"},
-                         {"start", utc(first_ns + static_cast<std::int64_t>(1e9 / hz * i / experiments))}};
-    ids.push_back(must_accept(session, request));
-  }
-  sleep_s(3);
+  for (int i = 0; i < experiments; ++i) ids.push_back(must_accept(session, paced));
+  sleep_s(1);
   const Reading busy_begin = read(session, load, server.pid());
-  sleep_s(duration_s - 6);
+  std::this_thread::sleep_until(first + std::chrono::duration<double>(duration_s - 1));
   const Reading busy_end = read(session, load, server.pid());
   cyclictest.wait(std::chrono::seconds(30));
-  sleep_s(5);
+  sleep_s(3);
+  const Reading calm_again = read(session, load, server.pid());
+  sleep_s(kCalm_s);
+  const Reading after = read(session, load, server.pid());
 
   Histogram lateness;
   std::string digest;
@@ -219,25 +206,33 @@ int main(int argc, char** argv) {
   const auto wall = [](const Reading& a, const Reading& b) {
     return std::chrono::duration<double>(b.wall - a.wall).count();
   };
-  const double calm_rate = (calm.simulated_s - before.simulated_s) / wall(before, calm);
-  const double busy_rate = (busy_end.simulated_s - busy_begin.simulated_s) / wall(busy_begin, busy_end);
+  const auto simulated = [](const Reading& a, const Reading& b) { return b.simulated_s - a.simulated_s; };
+  const double calm_rate = (simulated(before, calm) + simulated(calm_again, after)) /
+                           (wall(before, calm) + wall(calm_again, after));
+  const double busy_rate = simulated(busy_begin, busy_end) / wall(busy_begin, busy_end);
   std::printf("\nas-fast load: %.0f simulated s/s alone, %.0f beside them: %.1f %% less\n", calm_rate,
               busy_rate, 100 * (1 - busy_rate / calm_rate));
-  double given = 0;
+  double given = 0, taken = 0;
   for (const auto& entry : busy_end.processor) {
     const std::string& name = entry.first;
-    const auto share = [&](const Reading& a, const Reading& b) {
+    const auto spent = [&](const Reading& a, const Reading& b) {
       const auto then = a.processor.find(name), now = b.processor.find(name);
-      return ((now == b.processor.end() ? 0 : now->second) - (then == a.processor.end() ? 0 : then->second)) /
-             wall(a, b);
+      return (now == b.processor.end() ? 0 : now->second) - (then == a.processor.end() ? 0 : then->second);
     };
-    const double alone = share(before, calm), beside = share(busy_begin, busy_end);
-    if (name == "worker") given = beside / alone;
+    const double alone =
+        (spent(before, calm) + spent(calm_again, after)) / (wall(before, calm) + wall(calm_again, after));
+    const double beside = spent(busy_begin, busy_end) / wall(busy_begin, busy_end);
+    if (name == "worker")
+      given = beside / alone;
+    else
+      taken += beside - alone;
     if (beside > 0.001)
       std::printf("  %-12s %6.3f processors alone, %6.3f beside\n", name.c_str(), alone, beside);
   }
-  std::printf("the load's own processor time: %.1f %% less; simulated s per processor second: %.1f %% less\n",
-              100 * (1 - given), 100 * (1 - busy_rate / calm_rate / given));
+  std::printf("processor time: the paced ones take %.3f processors, the load gets %.1f %% less\n", taken,
+              100 * (1 - given));
+  std::printf("the load's work per processor second left to it: %.1f %% of what it is alone\n",
+              100 * busy_rate / calm_rate / given);
   server.signal(SIGTERM);
   server.wait(std::chrono::seconds(30));
   return 0;

@@ -1,8 +1,9 @@
 // Published numbers through the library. tests/papers/acceptance.json has one row for each quantity of each
 // reference case: the command (arguments of slewctl), where in its document, what, how near, by whom.
+#include "tests/papers/acceptance_row.hpp"
+
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <fstream>
 #include <limits>
 #include <map>
@@ -70,11 +71,7 @@ TEST(Acceptance, EveryRowHolds) {
     const json& command = row.at("command");
     auto& document = documents[command.dump()];
     if (document.is_null()) document = document_of(command);
-    const json::json_pointer pointer(row.at("pointer").get<std::string>());
-    ASSERT_TRUE(document.contains(pointer)) << document.value("refused", "");
-    ASSERT_TRUE(document.at(pointer).is_number());
-    EXPECT_NEAR(document.at(pointer).get<double>(), row.at("expected").get<double>(),
-                row.at("tolerance").get<double>());
+    test::expect_row(row, document);
   }
 }
 
@@ -85,7 +82,8 @@ TEST(Acceptance, EveryRowIsComplete) {
     EXPECT_EQ(row.at("command").size() % 2, 1u);
     EXPECT_FALSE(row.at("case").get<std::string>().empty());
     EXPECT_FALSE(row.at("source").get<std::string>().empty());
-    EXPECT_GE(row.at("tolerance").get<double>(), 0);
+    const bool has_bound = row.contains("at_least") || row.contains("at_most");
+    EXPECT_TRUE(has_bound || row.value("tolerance", -1.0) >= 0);
   }
 }
 

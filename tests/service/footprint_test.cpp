@@ -36,7 +36,7 @@ double resident_bytes(client::Session& session) {
 
 TEST(Footprint, ThousandsThatHaveEndedAreCheapToKeepAndQuickToFind) {
   // A sanitizer keeps what was freed, and takes several times longer.
-  const int count = SLEW_IS_SANITIZED ? 500 : 5000;
+  const int count = SLEW_IS_SANITIZED ? 500 : 10000;
   const ServerUnderTest server;
   fly(server, count);
   const auto session = server.session();
@@ -46,11 +46,10 @@ TEST(Footprint, ThousandsThatHaveEndedAreCheapToKeepAndQuickToFind) {
   ASSERT_GT(before, 0);
   const double each = (after - before) / count;
   RecordProperty("bytes_each", std::to_string(each));
-  // Live memory is 0.7 kB, of which Cyclone DDS 0.10.2 never frees 600 bytes (keys of transient-local
-  // instances); resident memory also has what lies between. A flight that is not let go of costs ten times as
-  // much.
+  // 608 bytes are two keys, request's and experiment's, that Cyclone DDS 0.10.2 never frees (transient-local
+  // instances); the rest lies between them on the same pages, and in tables that double now and then.
   if (!SLEW_IS_SANITIZED) {
-    EXPECT_LE(each, 4096) << before << " and " << after;
+    EXPECT_LE(each, 1024) << before << " and " << after;
   }
 
   std::vector<double> pages_s;

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <map>
 
+#include "tests/papers/acceptance_row.hpp"
 #include "tests/service/server_under_test.hpp"
 
 namespace {
@@ -21,8 +22,7 @@ TEST(PapersOverTheWire, EveryRowHolds) {
     json& document = documents[row.at("command").dump()];
     if (document.is_null()) document = server.document(row.at("command").get<std::vector<std::string>>());
     ASSERT_TRUE(document.is_object());
-    EXPECT_NEAR(document.at(json::json_pointer(row.at("pointer").get<std::string>())).get<double>(),
-                row.at("expected").get<double>(), row.at("tolerance").get<double>());
+    expect_row(row, document);
   }
 }
 

@@ -37,7 +37,7 @@ bool has_three_axes(const std::string& plant) {
 }
 
 const std::map<std::string, json> kLaws{
-    {"switching_function", {{"deadband", {{"type", "single_sided"}, {"width_deg", 2}}}}},
+    {"switching_function", {{"gamma_bar", 1.3}, {"deadband", {{"type", "single_sided"}, {"width_deg", 2}}}}},
     {"linear_switching_function",
      {{"rate_gain_s", 1.2}, {"deadband", {{"type", "double_sided"}, {"width_deg", 1}}}}},
     {"schmitt_trigger", {{"rate_gain_s", 1.2}, {"on_deg", 2}, {"off_deg", 1}}},
@@ -271,7 +271,10 @@ void check_flight(const json& request, const Prepared& prepared) {
 
   std::vector<double> breaks{0, end_s};
   for (const SwitchEvent& event : report.events) breaks.push_back(event.t_s);
-  for (int i = 0; i < 40; ++i) breaks.push_back(i * 0.05);
+  // A corner of a law that acts at every instant hides between a piece's last place and its end.
+  const bool has_corners = report.propagator.name == "dormand_prince_5_4" && report.events.empty();
+  const double piece_s = has_corners ? 5e-4 : 0.05;
+  for (int i = 0; i * piece_s < end_s; ++i) breaks.push_back(i * piece_s);
   std::sort(breaks.begin(), breaks.end());
   const auto ends = rows_at(prepared, {0, end_s});
   ASSERT_EQ(ends.size(), 2u);

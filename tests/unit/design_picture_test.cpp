@@ -54,7 +54,22 @@ TEST(DesignPicture, OfEveryKindOfLinearLaw) {
   EXPECT_FALSE(drawn(flexible, ".svg").empty());
 }
 
+TEST(DesignPicture, OfAModulator) {
+  const std::string svg = drawn({{"preset", "kim-crassidis-1998/case-c-sliding-mode"}}, ".svg");
+  for (const char* text : {"dead band 0.06032 N m, saturation 1.034 N m, shortest pulse 36.14 ms",
+                           "duty cycle", "demand, N m", "pulse, ms"})
+    EXPECT_NE(svg.find(text), std::string::npos) << text;
+  EXPECT_NE(drawn({{"preset", "benchmark/twelve-thrusters"}}, ".svg").find("demand, N"), std::string::npos);
+  // A Schmitt trigger makes no pulses of a demand that does not change.
+  const json schmitt = {{"preset", "kim-crassidis-1998/case-c-sliding-mode"},
+                        {"actuator", {{"modulator", json::parse(R"({"type": "schmitt_trigger", "gain": null,
+                          "time_constant_s": null, "input": null, "on": 0.5, "off": 0.2})")}}}};
+  EXPECT_EQ(drawn(schmitt, ".svg").find("pulse, ms"), std::string::npos);
+}
+
 TEST(DesignPicture, WhatCannotBeDrawn) {
+  const json wheels = description_of({{"preset", "kim-crassidis-1998/figure-4-sliding-mode"}});
+  EXPECT_THROW(draw_design(wheels, "", "wheels.svg"), Stop);
   const json linear = description_of({{"preset", "bryson-1994/problem-3-2-2"}});
   EXPECT_THROW(draw_design(linear, "", "locus.doc"), Stop);
   EXPECT_THROW(draw_design(linear, "", "/nowhere/locus.png"), Stop);

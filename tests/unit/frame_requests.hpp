@@ -20,7 +20,8 @@ inline nlohmann::json resolved(const nlohmann::json& request) {
 }
 
 inline const SingleAxisPlant& plant_of(const Prepared& prepared) {
-  return std::visit([](const auto& spec) -> const SingleAxisPlant& { return spec.plant; }, prepared.system);
+  if (const auto* linear = std::get_if<LinearAxisSpecification>(&prepared.system)) return linear->plant;
+  return std::get<OnOffAxisSpecification>(prepared.system).plant;
 }
 
 class Ignore final : public SampleSink {
