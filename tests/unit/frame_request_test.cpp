@@ -48,7 +48,8 @@ void expect_same_frame(const SpaceFrame& one, const SpaceFrame& other) {
   ASSERT_EQ(a.mass.rows(), b.mass.rows());
   EXPECT_LT((a.mass - b.mass).cwiseAbs().maxCoeff(), 1e-15 * b.mass.cwiseAbs().maxCoeff());
   EXPECT_LT((a.stiffness - b.stiffness).cwiseAbs().maxCoeff(), 1e-14 * b.stiffness.cwiseAbs().maxCoeff());
-  EXPECT_EQ(a.rigid_motion, b.rigid_motion);
+  EXPECT_LT((a.rigid_motion - b.rigid_motion).cwiseAbs().maxCoeff(),
+            1e-15 * b.rigid_motion.cwiseAbs().maxCoeff());
   EXPECT_EQ(a.held_by_node, b.held_by_node);
   EXPECT_EQ(a.held_everywhere, b.held_everywhere);
 }
