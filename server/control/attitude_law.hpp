@@ -1,6 +1,7 @@
 // The attitude laws that a request may name: a line for each.
 #pragma once
 
+#include <optional>
 #include <type_traits>
 #include <variant>
 
@@ -34,6 +35,16 @@ inline const char* type_name(const AttitudeLaw& law) {
 
 inline bool has_surface(const AttitudeLaw& law) {
   return std::visit([](const auto& held) { return std::decay_t<decltype(held)>::kHasSurface; }, law);
+}
+
+/// Where |s| has grown to it the law has a corner; empty for one without.
+inline std::optional<double> boundary_layer_rad_s(const AttitudeLaw& law) {
+  return std::visit(
+      [](const auto& held) -> std::optional<double> {
+        if constexpr (requires { held.boundary_layer_rad_s; }) return held.boundary_layer_rad_s;
+        return std::nullopt;
+      },
+      law);
 }
 
 inline bool tracks(const AttitudeLaw& law) {

@@ -48,22 +48,24 @@ class Quartic {
     return std::all_of(b_.begin(), b_.end(), [](double b) { return b <= 0; });
   }
 
-  /// The first x in [0, 1] from which on it is positive; empty where it never is.
-  std::optional<double> first_positive() const { return first_positive(0, 1, 0); }
+  /// The first x in [0, 1] from which on it is positive, to this part of itself; empty where it never is.
+  std::optional<double> first_positive(double tolerance = 1e-16) const {
+    return first_positive(0, 1, 0, tolerance);
+  }
 
  private:
   explicit Quartic(const std::array<double, 5>& b) : b_(b) {}
 
-  std::optional<double> first_positive(double begin, double end, int depth) const {
+  std::optional<double> first_positive(double begin, double end, int depth, double tolerance) const {
     constexpr int kDeepest = 48;
     if (is_nowhere_positive()) return std::nullopt;
     if (b_[0] > 0) return begin;
-    if (b_[4] > 0 && sign_changes() == 1) return begin + root() * (end - begin);
+    if (b_[4] > 0 && sign_changes() == 1) return begin + root(tolerance) * (end - begin);
     if (depth == kDeepest) return std::nullopt;  // touches zero for less than rounding
     const double middle = 0.5 * (begin + end);
     const auto [left, right] = halves();
-    if (const auto x = left.first_positive(begin, middle, depth + 1)) return x;
-    return right.first_positive(middle, end, depth + 1);
+    if (const auto x = left.first_positive(begin, middle, depth + 1, tolerance)) return x;
+    return right.first_positive(middle, end, depth + 1, tolerance);
   }
 
   int sign_changes() const {
@@ -88,8 +90,8 @@ class Quartic {
   }
 
   // Where it goes from not positive to positive, once.
-  double root() const {
-    return becomes_positive([this](double x) { return at(x); }, {0, b_[0]}, {1, b_[4]}, 1e-16);
+  double root(double tolerance) const {
+    return becomes_positive([this](double x) { return at(x); }, {0, b_[0]}, {1, b_[4]}, tolerance);
   }
 
   std::array<double, 5> b_;

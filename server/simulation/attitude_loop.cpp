@@ -53,7 +53,7 @@ AttitudeLoop::AttitudeLoop(const AttitudeSpecification& specification)
     if (pwpf()) filters_ = channels_.size();
     observes_ = spec_.observer.has_value();
   }
-  needs_law_ = acts_within_steps_ && (ideal_ || filters_ > 0 || observes_);
+  needs_law_ = acts_within_steps_ && (ideal_ || observes_);
 }
 
 const PwpfModulator* AttitudeLoop::pwpf() const {

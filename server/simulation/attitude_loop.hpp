@@ -58,6 +58,11 @@ class AttitudeLoop {
   std::size_t filters_at() const { return attitude_size_ + 3; }
   std::size_t filters() const { return filters_; }
   std::size_t observer_at() const { return filters_at() + filters_; }
+  /// Filters that no observer looks through follow the body's motion and do not act on it
+  /// (attitude_filters.hpp).
+  bool filters_are_apart() const { return filters_ > 0 && !observes_; }
+  /// How much of the state moves as one: all of it, or the body.
+  std::size_t integrated() const { return filters_are_apart() ? filters_at() : size(); }
   std::size_t size() const { return observer_at() + (observes_ ? 9 : 0); }
 
   AttitudeState initial_state() const;

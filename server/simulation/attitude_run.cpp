@@ -13,6 +13,7 @@
 #include "server/propagation/runge_kutta_4.hpp"
 #include "server/sensor/attitude_sensor.hpp"
 #include "server/simulation/attitude_channels.hpp"
+#include "server/simulation/attitude_filters.hpp"
 #include "server/simulation/attitude_loop.hpp"
 #include "server/simulation/attitude_metrics.hpp"
 #include "server/simulation/digest.hpp"
@@ -92,6 +93,8 @@ class AttitudeRun final : public Run {
   void look_within(double x, Looks& looks);
   double guard(const Crossing& crossing, const Looks& looks) const;
   void fly_continuously(double limit_s);
+  void end_filters();
+  std::array<bool, kMaxThrusters> free_channels() const;
   std::optional<Crossing> first_crossing();
   bool between_corners(Crossing& crossing, const std::array<double, 5>& guards);
   void land_on(const Crossing& crossing);
@@ -102,6 +105,7 @@ class AttitudeRun final : public Run {
   void measure_held_torque(double h);
   void state_at(double t_s, double* state) const;
   void exact_state_at(double t_s, double* state) const;
+  void filters_at(double t_s, double* state) const;
 
   void hand_out(double until_s, bool inclusive, SampleSink& sink);
   void fill_row(double t_s, const AttitudeState& x, std::span<double> state,
@@ -146,6 +150,9 @@ class AttitudeRun final : public Run {
   std::optional<Crossing> ends_at_;
   mutable DormandPrince<kMaxAttitudeState> integrator_;
   mutable RungeKutta4<kMaxAttitudeState> segment_;
+  AttitudeFilters filters_;  ///< where they are apart: over filters_length_s_ from t_s_ on
+  double filters_length_s_ = 0;
+  std::array<double, kMaxThrusters> end_filters_{};
   bool goes_on_ = false;  ///< nothing has changed since the step before
   double next_length_s_ = 0.01;
 
@@ -202,7 +209,7 @@ AttitudeRun::AttitudeRun(const AttitudeSpecification& specification)
       valves_differ_from_outputs_(valves_are_late_or_broken(specification)),
       fastest_disturbance_rad_s_(fastest_rad_s(specification.disturbances)),
       state_(loop_->initial_state()),
-      integrator_(loop_->size()),
+      integrator_(loop_->integrated()),
       segment_(loop_->size()),
       state_row_(columns_->state.size()),
       thruster_row_(columns_->thrusters.size()),
@@ -388,7 +395,7 @@ void AttitudeRun::look(double t_s, const double* state, Looks& looks) const {
   if (looks_at_law_) {
     loop_->allocate(loop_->demand(hold_, t_s, state).torque_N_m, std::span(looks).first(n));
     for (std::size_t c = 0; c < n; ++c) looks[c] /= loop_->channels()[c].level;
-  } else if (loop_->filters() > 0) {
+  } else if (loop_->filters() > 0 && !loop_->filters_are_apart()) {
     std::copy_n(state + loop_->filters_at(), n, looks.begin());
   }
   if (spec().plant.shadow_switch_norm) looks[n] = loop_->mrp_of(state).squaredNorm();
@@ -407,6 +414,9 @@ void AttitudeRun::set_outputs(SampleSink& sink) {
   if (loop_->is_sampled())
     for (std::size_t c = 0; c < channel_count(); ++c)
       looks[c] = loop_->pwpf() ? channel_[c].filter : channel_[c].demand / loop_->channels()[c].level;
+  else if (loop_->filters() > 0)
+    std::copy_n(state_.begin() + static_cast<std::ptrdiff_t>(loop_->filters_at()), channel_count(),
+                looks.begin());
   else
     look(t_s_, state_.data(), looks);
   for (std::size_t c = 0; c < channel_count(); ++c) {
@@ -476,6 +486,9 @@ void AttitudeRun::fly_continuously(double limit_s) {
   const double room = limit_s - t_s_;
   const double least = 1e-13 * std::max(1.0, t_s_);
   double h = std::min(next_length_s_, room);
+  // Not much further than where a filter will end it.
+  if (loop_->filters_are_apart())
+    h = std::clamp(1.5 * filters_.begin(*loop_, hold_, t_s_, state_, free_channels()), std::min(least, h), h);
   while (true) {
     integrator_.attempt(f, t_s_, h);
     report_.propagator.rhs_evaluations += 6;
@@ -485,7 +498,18 @@ void AttitudeRun::fly_continuously(double limit_s) {
       h *= 0.1;
       continue;
     }
-    const double next = h * Integrator::growth(error);
+    double next = h * Integrator::growth(error);
+    if ((error <= 1 || h <= least) && loop_->filters_are_apart()) {
+      const auto outcome =
+          filters_.step(*loop_, hold_, t_s_, h, integrator_, state_.data() + loop_->filters_at());
+      if (!outcome.is_taken && h > least) {
+        next_length_s_ = std::min(next_length_s_, outcome.next);
+        h = outcome.length;
+        continue;
+      }
+      filters_length_s_ = h;
+      next = std::min(next, outcome.next);
+    }
     // A step as short as rounding is taken as it is.
     if (error <= 1 || h <= least) {
       // One that was cut short says little about the next.
@@ -497,7 +521,34 @@ void AttitudeRun::fly_continuously(double limit_s) {
   }
   end_s_ = h < room ? t_s_ + h : limit_s;
   goes_on_ = true;
+  if (loop_->filters_are_apart()) return end_filters();
   if (const auto crossing = first_crossing()) land_on(*crossing);
+}
+
+// Whose minimum on- or off-time is over.
+std::array<bool, kMaxThrusters> AttitudeRun::free_channels() const {
+  std::array<bool, kMaxThrusters> is_free{};
+  for (std::size_t c = 0; c < channel_count(); ++c) is_free[c] = channel_[c].free_from_s <= t_s_;
+  return is_free;
+}
+
+// The first that changes ends the step: a channel, of which its filter tells when, or the parameters.
+void AttitudeRun::end_filters() {
+  const auto crossing = filters_.first_crossing(*loop_, hold_, free_channels());
+  if (crossing) {
+    end_s_ = t_s_ + crossing->x * filters_length_s_;
+    ends_at_ = Crossing{crossing->x, crossing->channel, crossing->output};
+    integrator_.attempt(slope(), t_s_, end_s_ - t_s_);
+    report_.propagator.rhs_evaluations += 6;
+  }
+  if (spec().plant.shadow_switch_norm)
+    if (const auto shadow = first_crossing()) land_on(*shadow);
+  for (std::size_t c = 0; c < channel_count(); ++c)
+    end_filters_[c] = filters_.at(c, (end_s_ - t_s_) / filters_length_s_);
+  if (!ends_at_ || ends_at_->channel == channel_count()) return;
+  const int output = channel_[ends_at_->channel].output;
+  end_filters_[ends_at_->channel] =
+      output != 0 ? output * thresholds_.off : ends_at_->output * thresholds_.on;
 }
 
 // Positive from the crossing on.
@@ -514,12 +565,12 @@ double AttitudeRun::guard(const Crossing& crossing, const Looks& looks) const {
 void AttitudeRun::look_within(double x, Looks& looks) {
   AttitudeState between;
   const std::size_t from = looks_at_law_ || spec().plant.shadow_switch_norm ? 0 : loop_->filters_at();
-  integrator_.at(x, from, loop_->size(), between.data() + from);
+  integrator_.at(x, from, loop_->integrated(), between.data() + from);
   look(t_s_ + x * integrator_.length(), between.data(), looks);
 }
 
 std::optional<AttitudeRun::Crossing> AttitudeRun::first_crossing() {
-  const bool has_triggers = looks_at_law_ || loop_->filters() > 0;
+  const bool has_triggers = looks_at_law_ || (loop_->filters() > 0 && !loop_->filters_are_apart());
   if (!has_triggers && !spec().plant.shadow_switch_norm) return std::nullopt;
   std::array<Looks, 5> looks;
   look(t_s_, integrator_.start().data(), looks[0]);
@@ -677,7 +728,10 @@ void AttitudeRun::close_step() {
   else
     measure_continuous(h);
   const AttitudeState& end = loop_->is_sampled() ? segment_.end() : integrator_.end();
-  std::copy_n(end.begin(), loop_->size(), state_.begin());
+  std::copy_n(end.begin(), loop_->integrated(), state_.begin());
+  if (loop_->filters_are_apart())
+    std::copy_n(end_filters_.begin(), channel_count(),
+                state_.begin() + static_cast<std::ptrdiff_t>(loop_->filters_at()));
   if (end_s_ > t_s_) changes_at_this_instant_ = 0;
   t_s_ = end_s_;
   ++report_.propagator.steps;
@@ -695,7 +749,7 @@ void AttitudeRun::measure_continuous(double h) {
   for (std::size_t i = 0; i < 5; ++i) {
     const double* x = i == 0 ? integrator_.start().data() : integrator_.end().data();
     if (i > 0 && i < 4) {
-      integrator_.at(kNodes[i], 0, loop_->size(), between.data());
+      integrator_.at(kNodes[i], 0, loop_->integrated(), between.data());
       x = between.data();
     }
     mrp[i] = loop_->mrp_of(x);
@@ -764,7 +818,14 @@ void AttitudeRun::state_at(double t_s, double* state) const {
   if (loop_->is_sampled())
     segment_.at(slope(), end_s_, x, state);
   else
-    integrator_.at(x, 0, loop_->size(), state);
+    integrator_.at(x, 0, loop_->integrated(), state);
+  filters_at(t_s, state);
+}
+
+void AttitudeRun::filters_at(double t_s, double* state) const {
+  if (!loop_->filters_are_apart()) return;
+  for (std::size_t c = 0; c < channel_count(); ++c)
+    state[loop_->filters_at() + c] = filters_.at(c, (t_s - t_s_) / filters_length_s_);
 }
 
 // By a step of the method's own, which is of a higher order than what lies between its ends.
@@ -772,12 +833,13 @@ void AttitudeRun::exact_state_at(double t_s, double* state) const {
   if (!step_is_open_ || t_s == t_s_) return state_at(t_s, state);
   const auto part = [&](auto copy, auto take) {
     take(copy);
-    std::copy_n(copy.end().begin(), loop_->size(), state);
+    std::copy_n(copy.end().begin(), loop_->integrated(), state);
   };
   if (loop_->is_sampled())
     part(segment_, [&](auto& segment) { segment.step(slope(), t_s_, t_s - t_s_); });
   else
     part(integrator_, [&](auto& integrator) { integrator.attempt(slope(), t_s_, t_s - t_s_); });
+  filters_at(t_s, state);
 }
 
 void AttitudeRun::fill_row(double t_s, const AttitudeState& x, std::span<double> state,
