@@ -28,11 +28,11 @@ double error_after(double h, double x) {
 }
 
 TEST(DormandPrince, a_step_is_of_order_five) {
-  EXPECT_NEAR(error_after(0.2, 1) / error_after(0.1, 1), 64, 16);
+  EXPECT_NEAR(error_after(0.04, 1) / error_after(0.02, 1), 64, 16);
 }
 
 TEST(DormandPrince, what_lies_between_is_of_order_four) {
-  EXPECT_NEAR(error_after(0.2, 0.4) / error_after(0.1, 0.4), 32, 8);
+  EXPECT_NEAR(error_after(0.04, 0.4) / error_after(0.02, 0.4), 32, 8);
 }
 
 TEST(DormandPrince, the_estimate_is_of_the_size_of_the_error_of_order_four) {
@@ -41,11 +41,11 @@ TEST(DormandPrince, the_estimate_is_of_the_size_of_the_error_of_order_four) {
   Integrator::State absolute{};
   absolute.fill(1);
   integrator.begin(slope, 0.3, start);
-  integrator.attempt(slope, 0.3, 0.2);
+  integrator.attempt(slope, 0.3, 0.04);
   const double coarse = integrator.error(0, absolute);
-  integrator.attempt(slope, 0.3, 0.1);
+  integrator.attempt(slope, 0.3, 0.02);
   EXPECT_NEAR(coarse / integrator.error(0, absolute), 32, 8);
-  EXPECT_GT(coarse, error_after(0.2, 1));
+  EXPECT_GT(coarse, error_after(0.04, 1));
 }
 
 TEST(DormandPrince, goes_on_with_the_slope_it_ended_with) {
@@ -69,8 +69,8 @@ TEST(RungeKutta4, a_step_is_of_order_four_and_what_lies_between_of_order_three) 
     const double t = 0.3 + x * h;
     return std::abs(state[0] - std::sin(t)) + std::abs(state[2] - std::exp(t * t));
   };
-  EXPECT_NEAR(error(0.2, 1) / error(0.1, 1), 32, 8);
-  EXPECT_NEAR(error(0.2, 0.5) / error(0.1, 0.5), 16, 4);
+  EXPECT_NEAR(error(0.04, 1) / error(0.02, 1), 32, 8);
+  EXPECT_NEAR(error(0.04, 0.5) / error(0.02, 0.5), 16, 4);
 }
 
 }  // namespace

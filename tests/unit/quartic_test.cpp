@@ -51,7 +51,9 @@ TEST(Quartic, agrees_with_a_fine_grid_on_random_curves) {
     if (!grid) continue;  // what crosses between two points of the grid only is seen by the curve alone
     ASSERT_TRUE(x.has_value());
     EXPECT_LE(*x, *grid + 1e-12);
-    if (*x > 0) EXPECT_NEAR(curve.at(*x), 0, 1e-12);
+    if (*x > 0) {
+      EXPECT_NEAR(curve.at(*x), 0, 1e-12);
+    }
   }
 }
 
