@@ -36,18 +36,29 @@ struct UnderWay {
   bool is_accepted = false;
 };
 
+// All entries of it, in whatever shape it is given, by one factor.
+json scaled(const json& inertia, double factor) {
+  if (inertia.is_number()) return inertia.get<double>() * factor;
+  json all = json::array();
+  for (const json& part : inertia) all.push_back(scaled(part, factor));
+  return all;
+}
+
 // A preset with its parameters moved a little: always valid, hardly ever the same. A greater inertia leaves
-// every coupled mode permitted.
+// every coupled mode permitted, and every tensor a body's.
 std::string random_request(const Options& options, std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   const std::string& preset = options.presets[random() % options.presets.size()];
   const json& base = preset_document(preset)->at("request");
-  const double inertia = base.at("plant").at("inertia_kg_m2").get<double>();
-  json request = {{"preset", preset},
-                  {"plant", {{"inertia_kg_m2", inertia * (1 + 0.4 * unit(random))}}},
-                  {"maneuver", {{"initial_angle_deg", 20 * unit(random) - 10}}},
-                  {"simulation", {{"seed", random() % 1000}}},
-                  {"telemetry", {{"publish_max_hz", random() % 3 * 50}}}};
+  json maneuver = {{"initial_angle_deg", 20 * unit(random) - 10}};
+  if (base.at("maneuver").at("type") == "three_axis")
+    maneuver = {{"initial_rate_deg_s", {unit(random) - 0.5, unit(random) - 0.5, unit(random) - 0.5}}};
+  json request = {
+      {"preset", preset},
+      {"plant", {{"inertia_kg_m2", scaled(base.at("plant").at("inertia_kg_m2"), 1 + 0.4 * unit(random))}}},
+      {"maneuver", maneuver},
+      {"simulation", {{"seed", random() % 1000}}},
+      {"telemetry", {{"publish_max_hz", random() % 3 * 50}}}};
   if (unit(random) < options.real_time_share)
     request["timing"] = {
         {"mode", "scaled"},
