@@ -281,6 +281,12 @@ void check_law(const SoundFields& fields, const Violate& violate) {
   if (reference && *reference != "fixed" && !tracks(*law))
     violate("/maneuver/reference/type", "this law cannot follow a reference that moves",
             shortened(*reference), "\"fixed\", or controller.type one of " + listed(tracking));
+  if (const auto norm = fields.number("/plant/shadow_switch_norm");
+      norm && reference && *reference != "fixed")
+    violate(
+        "/plant/shadow_switch_norm",
+        "a law that follows a moving reference steers by p - p_d, which jumps where p changes to its shadow",
+        number(*norm), "left out, or maneuver.reference of type \"fixed\"");
 
   const bool is_continuous = fields.says("/controller/evaluation/type", "continuous");
   if (!is_program(*law) && !is_continuous) return;

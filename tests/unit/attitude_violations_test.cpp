@@ -108,6 +108,8 @@ TEST(AttitudeViolations, OfWhatALawCannotDo) {
   EXPECT_EQ(refused({{"controller", damping}, {"maneuver", {{"reference", moving}}}}),
             Pointers{"/maneuver/reference/type"});
   EXPECT_EQ(refused({{"maneuver", {{"reference", moving}}}}), Pointers{});
+  EXPECT_EQ(refused({{"maneuver", {{"reference", moving}}}, {"plant", {{"shadow_switch_norm", 1.1}}}}),
+            Pointers{"/plant/shadow_switch_norm"});
   const json seen = {{"type", "sampled_attitude"}};
   const json wide = {{"modulator", {{"type", "pulse_width"}}}};
   EXPECT_EQ(refused({{"sensors", seen}, {"actuator", wide}}),
