@@ -156,7 +156,7 @@ void check_inertia(const SoundFields& fields, const std::string& pointer, bool i
         return;
       }
   const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(inertia);
-  const Vector3d moments = solver.eigenvalues();
+  const Vector3d& moments = solver.eigenvalues();
   const std::string principal =
       "[" + number(moments[0]) + ", " + number(moments[1]) + ", " + number(moments[2]) + "]";
   // Beyond this the inverse has no digits left.

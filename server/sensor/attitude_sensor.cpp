@@ -43,7 +43,7 @@ AttitudeReading AttitudeSensor::read(const Eigen::Vector3d& mrp, const Eigen::Ve
   const auto delay = static_cast<std::size_t>(parameters_.delay_samples);
   if (delay == 0) return present_;
   if (is_first) std::fill_n(on_their_way_.begin(), delay, present_);
-  const AttitudeReading arrived = on_their_way_[place_];
+  AttitudeReading arrived = on_their_way_[place_];
   on_their_way_[place_] = present_;
   place_ = (place_ + 1) % delay;
   return arrived;
