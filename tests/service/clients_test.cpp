@@ -68,7 +68,9 @@ TEST(Clients, RequesterAndRecorderCountTheSame) {
   const ServerUnderTest server;
   Client recorder(server, "recorder", {"--until-ended", "60", "--for", "120"});
   settle();
-  Client requester(server, "requester", {"--count", "60", "--paced", "0.3", "--for", "120"});
+  // Under sanitizers a paced one may cost more than there is, and be refused.
+  const char* const paced = SLEW_IS_SANITIZED ? "0" : "0.3";
+  Client requester(server, "requester", {"--count", "60", "--paced", paced, "--for", "120"});
   EXPECT_EQ(requester.wait(), 0);
   EXPECT_EQ(recorder.wait(), 0);
   const json asked = requester.report(), heard = recorder.report();
@@ -91,7 +93,10 @@ TEST(Clients, GarbageHarmsNobody) {
   EXPECT_EQ(garbage.wait(), 0);
   EXPECT_EQ(garbage.report().at("sent"), 2000);
   EXPECT_EQ(requester.wait(), 0);
-  EXPECT_EQ(requester.report().at("ended").at("completed"), 60);
+  const json asked = requester.report();
+  // Under sanitizers a paced one may cost more than there is, and is told so.
+  const long busy = SLEW_IS_SANITIZED ? asked.at("rejected").value("busy", 0) : 0;
+  EXPECT_EQ(asked.at("ended").at("completed").get<long>() + busy, 60) << asked;
   const json status = server.document({"server"}).at(0);
   EXPECT_GT(status.at("malformed").get<long>(), 0);
   EXPECT_GT(status.at("rejected").get<long>(), 0);
