@@ -88,7 +88,6 @@ void Finisher::work() {
 
 JournalEntry Finisher::write_up(const FlightPointer& flight) {
   JournalEntry entry = flight->entry();
-  entry.request.clear();
   entry.phase = flight->ending();
   entry.started_unix_ns = flight->started_unix_ns();
   entry.ended_unix_ns = unix_ns();

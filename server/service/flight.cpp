@@ -18,6 +18,13 @@ constexpr double kCostWall_s = 1;
 // Between two looks at the wall clock: about 100 us of a cheap plant.
 constexpr std::int64_t kStepsPerLook = 1000;
 
+// What is only the journal's: a flight that queries look at must not change under them when it ends.
+JournalEntry without_texts(JournalEntry entry) {
+  entry.request = {};
+  entry.result = {};
+  return entry;
+}
+
 }  // namespace
 
 // Every sample goes to the store; of these, to the ring go so many that the wire gets at most
@@ -94,7 +101,9 @@ class Flight::Sink final : public SampleSink {
 };
 
 Flight::Flight(JournalEntry entry, Prepared prepared)
-    : entry_(std::move(entry)), prepared_(std::move(prepared)) {
+    : entry_(without_texts(std::move(entry))),
+      is_paced_(prepared.timing.mode != TimingMode::as_fast_as_possible),
+      prepared_(std::move(prepared)) {
   if (is_paced()) rate_ = prepared_.timing.rate;
   anchor_.rate = prepared_.timing.rate;
   paused_ = prepared_.timing.start != TimingStart::now;
@@ -339,8 +348,6 @@ void Flight::shed() {
   ring_.reset();
   store_.reset();
   prepared_ = {};
-  entry_.request.clear();
-  entry_.request.shrink_to_fit();
 }
 
 }  // namespace slew::service

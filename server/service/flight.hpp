@@ -48,13 +48,13 @@ struct PhaseChange {
 
 class Flight {
  public:
-  /// `entry` is what the journal holds of it. The run is made by begin().
+  /// `entry` is what the journal holds of it; its texts stay there. The run is made by begin().
   Flight(JournalEntry entry, Prepared prepared);
   ~Flight();
 
   const JournalEntry& entry() const { return entry_; }
   const Prepared& prepared() const { return prepared_; }
-  bool is_paced() const { return prepared_.timing.mode != TimingMode::as_fast_as_possible; }
+  bool is_paced() const { return is_paced_; }
 
   // ---- any thread -----------------------------------------------------------------------------------------
   wire::Phase phase() const { return phase_.load(std::memory_order_acquire); }
@@ -136,7 +136,8 @@ class Flight {
   SliceEnd verify(Monotonic::time_point yield_at);
   void anchor_now(std::optional<std::int64_t> start_unix_ns = {});
 
-  JournalEntry entry_;
+  const JournalEntry entry_;
+  const bool is_paced_;
   Prepared prepared_;
   std::unique_ptr<Run> run_;
   std::unique_ptr<Run> verification_run_;

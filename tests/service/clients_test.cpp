@@ -127,9 +127,11 @@ TEST(Clients, AFloodDelaysNobodyElse) {
   const long count = SLEW_IS_SANITIZED ? 2000 : 10000;
   const double patience_s = SLEW_IS_SANITIZED ? 20 : 2;
   Client flood(server, "requester",
-               {"--count", std::to_string(count), "--paced", "0", "--client-id", "flood", "--for", "280"});
+               {"--count", std::to_string(count), "--paced", "0", "--preset", kPreset, "--client-id", "flood",
+                "--for", "280"});
   Client other(server, "requester",
-               {"--count", "8", "--per-second", "1", "--paced", "0", "--client-id", "other", "--for", "280"});
+               {"--count", "8", "--per-second", "1", "--paced", "0", "--preset", kPreset, "--client-id",
+                "other", "--for", "280"});
   EXPECT_EQ(other.wait(), 0);
   EXPECT_EQ(flood.wait(), 0);
   const json flooded = flood.report(), others = other.report();
