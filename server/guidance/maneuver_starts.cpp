@@ -63,8 +63,15 @@ double ManeuverStarts::share(std::size_t i, double time_s) const {
 }
 
 OnOffProgram ManeuverStarts::start(std::uint64_t k) const {
-  if (problem_->most_consumption || problem_->most_rate_rad_s)
-    if (k % 4 != 3) return coasting(k);
+  if (problem_->most_consumption || problem_->most_rate_rad_s) {
+    if (k % 2 == 0) return coasting(k / 2);
+    return problem_->most_consumption ? with_coasts(switching(k / 2)) : switching(k / 2);
+  }
+  return switching(k);
+}
+
+OnOffProgram ManeuverStarts::switching(std::uint64_t k) const {
+  if (k >= 6 && k % 3 == 2) return anywhere(k);
   const std::size_t n = static_cast<std::size_t>(body_->plant.controls());
   OnOffProgram program;
   program.end_s = time(k, draw(k, 0));
@@ -97,6 +104,60 @@ OnOffProgram ManeuverStarts::start(std::uint64_t k) const {
     }
   }
   return program;
+}
+
+// Where the double integrators are no guide: couplings are strong, or rates at the ends are not zero.
+OnOffProgram ManeuverStarts::anywhere(std::uint64_t k) const {
+  OnOffProgram program;
+  program.end_s = time(k, 0.5) * (0.7 + 1.6 * draw(k, 0) * draw(k, 1));
+  for (std::size_t i = 0; i < static_cast<std::size_t>(body_->plant.controls()); ++i) {
+    const auto which = static_cast<std::uint32_t>(4 + 4 * i);
+    int sign = draw(k, which) < 0.5 ? -1 : 1;
+    std::vector<double> values = {value(i, sign)}, times;
+    const int count = draw(k, which + 1) < 0.6 ? 2 : 3;
+    const double first = 0.05 + 0.4 * draw(k, which + 2), last = 0.55 + 0.4 * draw(k, which + 3);
+    for (int j = 0; j < count; ++j) {
+      times.push_back(program.end_s * (first + (last - first) * j / (count - 1)));
+      sign = -sign;
+      values.push_back(value(i, sign));
+    }
+    program.controls.push_back(values);
+    program.switch_times_s.push_back(times);
+  }
+  return program;
+}
+
+// A coast about each switch, and more time, so that it consumes what it may: to displace a double integrator
+// as far with the part r of the thrust takes (1/r + r)/2 of the time.
+OnOffProgram ManeuverStarts::with_coasts(const OnOffProgram& program) const {
+  const double part =
+      std::clamp(0.95 * *problem_->most_consumption / program.consumption(body_->plant), 0.02, 1.0);
+  if (!(part < 0.999)) return program;
+  const double stretch = 0.5 * (1 / part + part);
+  OnOffProgram slower = program;
+  slower.end_s = stretch * program.end_s;
+  for (std::size_t i = 0; i < program.controls.size(); ++i) {
+    const std::vector<double>& times = program.switch_times_s[i];
+    std::vector<double> values, changes;
+    // Of each segment the part r / stretch is kept: in its middle, or at the ends of the maneuver.
+    const double kept = part / stretch;
+    for (std::size_t j = 0; j < program.controls[i].size(); ++j) {
+      const double from = stretch * (j == 0 ? 0 : times[j - 1]);
+      const double to = stretch * (j == times.size() ? program.end_s : times[j]);
+      const double slack = (to - from) * (1 - kept);
+      const bool is_first = j == 0, is_last = j == times.size();
+      const double before = is_first ? 0 : is_last ? slack : 0.5 * slack;
+      if (!is_first) changes.push_back(from + before);
+      values.push_back(program.controls[i][j]);
+      if (!is_last) {
+        changes.push_back(to - (slack - before));
+        values.push_back(0);
+      }
+    }
+    slower.controls[i] = values;
+    slower.switch_times_s[i] = changes;
+  }
+  return slower;
 }
 
 // Thrust, coast, thrust: for so long that the limits on rate and consumption are met about the eigenaxis.

@@ -25,6 +25,9 @@ class ManeuverStarts {
  private:
   double time(std::uint64_t k, double draw) const;
   double share(std::size_t i, double time_s) const;
+  OnOffProgram switching(std::uint64_t k) const;
+  OnOffProgram anywhere(std::uint64_t k) const;
+  OnOffProgram with_coasts(const OnOffProgram& program) const;
   OnOffProgram coasting(std::uint64_t k) const;
   double draw(std::uint64_t k, std::uint32_t which) const;
   double value(std::size_t i, int sign) const;

@@ -12,8 +12,9 @@ namespace {
 constexpr double kVanished = 1e-6;
 // Of the terminal error in units of t_ref.
 constexpr double kMet = 1e-7;
-// Of the maneuver's time: a saving worth a segment.
-constexpr double kWorthASegment = 1e-8;
+// Of the maneuver's time: a saving worth a segment. Where a control is singular (Kumar & Seywald 1991) no
+// number of segments is enough.
+constexpr double kWorthASegment = 1e-6;
 
 }  // namespace
 
@@ -173,7 +174,7 @@ OnOffSolution OnOffSearch::judge(const OnOffProgram& maneuver, int steps) {
 }
 
 std::optional<OnOffSolution> OnOffSearch::descend(OnOffProgram start, double worth_s) {
-  constexpr int kMostRounds = 12;
+  constexpr int kMostRounds = 10;
   std::optional<OnOffSolution> best;
   double part = 0.5;  // of an interval in which the sign is wrong
   for (int round = 0; round < kMostRounds && may_go_on(); ++round) {
@@ -212,6 +213,17 @@ std::optional<OnOffSolution> OnOffSearch::settle(const OnOffProgram& start) {
   const OnOffProgram cleaned = without_short_segments(*maneuver, kVanished * maneuver->end_s);
   if (cleaned.switches() != maneuver->switches()) return std::nullopt;
   return judge(*maneuver, 80);
+}
+
+std::optional<OnOffSolution> OnOffSearch::settle_beside(const OnOffProgram& start) {
+  const SwitchTimeProgram program(*problem_, *body_, start);
+  Eigen::VectorXd variables = program.variables(start);
+  if (variables.size() < 6 || !restore(program, variables)) return std::nullopt;
+  const OnOffProgram met = program.program(finished(program, variables));
+  if (without_short_segments(met, 1e-5 * met.end_s).switches() != start.switches()) return std::nullopt;
+  const OnOffSolution solution = polished(judge(met, 80));
+  if (!(solution.violation <= kMet && solution.residual < 1e-8)) return std::nullopt;
+  return solution;
 }
 
 // A segment that is about to vanish keeps Newton's method from the conditions: it is taken out, and the

@@ -27,6 +27,9 @@ class OnOffSearch {
   std::optional<OnOffSolution> descend(OnOffProgram start, double worth_s);
   /// Of these sequences only: nothing where a segment vanishes.
   std::optional<OnOffSolution> settle(const OnOffProgram& start);
+  /// Likewise, by Newton's method alone: also where the extremal beside the start is no minimum, as the
+  /// published seven switches for 45 deg are none.
+  std::optional<OnOffSolution> settle_beside(const OnOffProgram& start);
   /// Newton's method on the conditions of optimality.
   OnOffSolution polish(const OnOffSolution& solution);
 

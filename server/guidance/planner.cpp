@@ -6,6 +6,7 @@
 
 #include "server/guidance/plan_certificate.hpp"
 #include "server/guidance/plan_search.hpp"
+#include "server/guidance/profile_program.hpp"
 
 namespace slew {
 
@@ -22,6 +23,10 @@ std::string sentence(const Plan& plan) {
                    "shorter was "
                    "found, which is no proof that nothing is"
                  : "an optimum of its family: no small change of the parameters is shorter";
+    case PlanStatus::nearly_extremal:
+      return "an extremal but for a singular arc, along which a control switches often: setting its sign "
+             "right "
+             "saves next to nothing";
     case PlanStatus::best_found:
       return plan.log.ended_by == SearchEnd::evaluations || plan.log.ended_by == SearchEnd::caller
                  ? "the best that was found before the search was stopped"
@@ -116,19 +121,25 @@ Plan plan(const ManeuverProblem& problem, const PlannerOptions& options, const P
       *tighter.most_rate_rad_s -= 1.05 * excess + 1e-7 * *problem.most_rate_rad_s;
       if (!(tighter.most_rate_rad_s->minCoeff() > 0)) break;
       PlannerOptions few = options;
-      few.most_starts = few.least_starts;
+      few.most_starts = 1;
       Plan again = plan;
       again.log = {};
+      if (plan.family != ProfileFamily::on_off) {
+        tighter.time_start_s = plan.time_s;
+        tighter.parameters = profile_parameters(problem, plan.layout);
+        for (std::size_t k = 0; k < plan.parameters.size(); ++k)
+          tighter.parameters[k].start = plan.parameters[k];
+      }
       SearchBudget more(few, progress);
       if (!search(tighter, body, few, more, again)) break;
+      again.log = plan.log;
       again.log.evaluations = more.evaluations() + plan.log.evaluations;
-      again.log.ended_by = plan.log.ended_by;
       again.certificate.least_s = plan.certificate.least_s;
       plan = again;
       certify_flight(problem, plan, options.met, plan.certificate);
     }
     if (!plan.certificate.meets_all) plan.status = PlanStatus::none;
-    if (plan.status == PlanStatus::extremal && budget.is_spent()) plan.status = PlanStatus::best_found;
+    if (plan.status != PlanStatus::none && budget.is_spent()) plan.status = PlanStatus::best_found;
   }
   plan.why = sentence(plan);
   return plan;

@@ -35,6 +35,10 @@ struct PlannerProgress {
 
 enum class PlanStatus {
   extremal,  ///< meets everything, and the conditions of optimality of its family: no small change is faster
+  /// Meets everything; some control has the wrong sign for a while, which would save no more than a few
+  /// millionths of the time: it switches often along a singular arc, which no finite number of switches
+  /// follows.
+  nearly_extremal,
   best_found,  ///< meets everything; shown to be no more than that
   none,        ///< nothing that meets the conditions was found
   refused      ///< see faults
@@ -70,6 +74,7 @@ struct PlanCertificate {
   double residual = 0;     ///< of the fitted costates (on-off) or multipliers (smooth families)
   double violating_s = 0;  ///< on-off: how long controls have the wrong sign
   double worst_sign = 0;   ///< on-off: the largest excess of the Hamiltonian
+  double saving_s = 0;     ///< on-off: what setting them right may save, to first order
   Eigen::Matrix<double, 6, 1> final_costate = Eigen::Matrix<double, 6, 1>::Zero();
   double price = 0;                ///< of consumption: s that a unit more would save
   bool signs_were_tested = false;  ///< not where a rate is on its limit

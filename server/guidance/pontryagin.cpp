@@ -158,6 +158,7 @@ SignTest test_signs(const ManeuverProblem& problem, const ManeuverBody& body,
       if (open && open->to_s > open->from_s) {
         test.violations.push_back(*open);
         test.violating_s += open->to_s - open->from_s;
+        test.saving_s += open->saving_s;
       }
       open.reset();
     };

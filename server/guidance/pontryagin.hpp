@@ -32,6 +32,7 @@ struct SignViolation {
 struct SignTest {
   std::vector<SignViolation> violations;
   double violating_s = 0;  ///< total, counted per control
+  double saving_s = 0;     ///< of all violations: what correcting them may save, to first order
   double worst = 0;        ///< excess of the Hamiltonian over its minimum; the Hamiltonian itself is -1
   ManeuverMultipliers multipliers;
   std::vector<double> times_s;             ///< where it was looked

@@ -24,6 +24,14 @@ bool is_extremal(const OnOffSolution& solution) {
   return !solution.is_rate_active && solution.residual < kConditionsMet && solution.signs.worst < kSignsRight;
 }
 
+// Of the maneuver's time: what may be saved by more segments is not worth them.
+constexpr double kNothingToSave = 2e-5;
+
+bool is_nearly_extremal(const OnOffSolution& solution) {
+  return !solution.is_rate_active && solution.residual < 1e-2 &&
+         solution.signs.saving_s < kNothingToSave * solution.maneuver.end_s;
+}
+
 OnOffProgram given_start(const ManeuverProblem& problem, const ManeuverStarts& starts) {
   OnOffProgram start = starts.start_of(problem.sequences, 0);
   double last = 0;
@@ -74,27 +82,34 @@ bool search_on_off(const ManeuverProblem& problem, const ManeuverBody& body, con
     budget.met(plan.log, found->maneuver.end_s, switch_counts(found->maneuver), is_extremal(*found));
     budget.report(plan.log);
   };
-  for (int k = 0; k < options.most_starts && !budget.is_spent(); ++k) {
+  // A plan that was found before, under limits that were not as tight.
+  if (!plan.on_off.controls.empty())
+    take(search.descend(plan.on_off, std::numeric_limits<double>::infinity()));
+  for (int k = 0; k < options.most_starts && !budget.is_spent() && !(best && k == 0); ++k) {
     ++plan.log.starts;
     const auto start = static_cast<std::uint64_t>(k);
     if (!is_fixed) {
       const double worth = best ? 1.6 * best->maneuver.end_s : std::numeric_limits<double>::infinity();
       take(search.descend(starts.start(start), worth));
     } else if (k == 0 && !problem.switch_starts_s.empty()) {
-      take(search.settle(given_start(problem, starts)));
+      const OnOffProgram given = given_start(problem, starts);
+      auto beside = search.settle_beside(given);
+      take(beside ? std::move(beside) : search.settle(given));
       if (best) break;  // what was asked for is the optimum beside this start
     } else {
-      take(search.settle(starts.start_of(problem.sequences, start)));
+      const OnOffProgram chosen = starts.start_of(problem.sequences, start);
+      auto settled = search.settle(chosen);
+      take(settled ? std::move(settled) : search.settle_beside(chosen));
     }
     // A start that is not the optimum of its own kind is none to be content with.
-    if (best && k + 1 >= options.least_starts && (is_fixed || best->is_rate_active || is_extremal(*best)) &&
-        budget.is_content(plan.log))
+    if (best && k + 1 >= options.least_starts && budget.is_content(plan.log) &&
+        (is_fixed || best->is_rate_active || is_nearly_extremal(*best) || k + 1 >= 2 * options.least_starts))
       break;
   }
   // Where a rate is on its limit the signs do not tell where a segment would help: neighbours are tried.
-  if (best && best->is_rate_active && !is_fixed) {
+  if (best && best->is_rate_active && !is_fixed && plan.on_off.controls.empty()) {
     const RandomStream random(options.seed, RandomUse::maneuver_start, 1);
-    for (std::uint64_t k = 0; k < 60 && !budget.is_spent(); ++k) {
+    for (std::uint64_t k = 0; k < 24 && !budget.is_spent(); ++k) {
       auto found = search.descend(changed(best->maneuver, body.plant, random, k), 0);
       if (found && found->maneuver.end_s < best->maneuver.end_s * (1 - 1e-7)) take(std::move(found));
     }
@@ -111,7 +126,10 @@ bool search_on_off(const ManeuverProblem& problem, const ManeuverBody& body, con
   certificate.signs_were_tested = !best->is_rate_active;
   certificate.final_costate = best->signs.multipliers.terminal;
   certificate.price = best->signs.multipliers.consumption;
-  plan.status = is_extremal(*best) ? PlanStatus::extremal : PlanStatus::best_found;
+  certificate.saving_s = best->signs.saving_s;
+  plan.status = is_extremal(*best)          ? PlanStatus::extremal
+                : is_nearly_extremal(*best) ? PlanStatus::nearly_extremal
+                                            : PlanStatus::best_found;
   return true;
 }
 

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "server/guidance/maneuver_starts.hpp"
+#include "server/guidance/on_off_search.hpp"
 #include "server/guidance/plan_search.hpp"
 #include "server/guidance/profile_program.hpp"
 
@@ -103,12 +104,13 @@ Start start_at(const ManeuverProblem& problem, const ManeuverStarts& starts, con
   double time = is_single
                     ? slow * (0.95 + 0.3 * draw(1))
                     : 1.2 * boldest * std::pow(std::max(slow / (1.2 * boldest), 1.0), draw(1) * draw(1));
+  if (k >= 4 && is_single && !problem.plant.is_free()) time *= 1 + draw(3);
   if (problem.time_start_s) time = *problem.time_start_s * (k == 0 ? 1 : 0.9 + 0.3 * draw(1));
   for (std::size_t i = 0; i < layout.controls; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const auto which = static_cast<std::uint32_t>(8 + 4 * i);
     const double part = std::clamp(4 * eigenaxis.effort_s2[row] * angle / (time * time), -1.0, 1.0);
-    const bool is_critical = std::abs(part) > 0.9;
+    const bool is_critical = static_cast<Eigen::Index>(i) == eigenaxis.critical || std::abs(part) > 0.9;
     const int count = layout.switches[i];
     double sign = ((k >> (i % 3)) & 1U) ? -1 : 1;
     if (is_critical || count <= 1) sign = part < 0 ? -1 : 1;
@@ -116,7 +118,11 @@ Start start_at(const ManeuverProblem& problem, const ManeuverStarts& starts, con
       // A switch that is not critical is strong only where others undo what it does.
       const double size = is_single ? std::abs(eigenaxis.effort_s2[row]) / largest : 0.3 + 0.7 * draw(which);
       put(layout.amplitude(i), sign * size);
-      if (count == 1) put(layout.first_switch(i), 0.5 + 0.04 * (draw(which + 1) - 0.5));
+      // The first starts hold to the eigenaxis; later ones less, for moments of the surroundings.
+      const bool is_near = k < 4 || problem.plant.is_free();
+      const double spread = is_near ? 0.04 : 0.8;
+      if (count == 1) put(layout.first_switch(i), 0.5 + spread * (draw(which + 1) - 0.5));
+      if (!is_near && !is_critical) put(layout.amplitude(i), 2 * draw(which + 2) - 1);
       continue;
     }
     // u has the sign of a prod(p_j - t) just after 0: that of a.
@@ -129,22 +135,73 @@ Start start_at(const ManeuverProblem& problem, const ManeuverStarts& starts, con
   return {std::move(parameters), time};
 }
 
+// Switching at once takes a little less time than switching smoothly: the shortest on-off maneuvers with as
+// many switches are good starts.
+std::vector<Start> on_off_starts(const ManeuverProblem& problem, const ManeuverBody& body,
+                                 const ManeuverStarts& starts, const ProfileLayout& layout,
+                                 const std::vector<ProfileParameter>& given, SearchBudget& budget) {
+  constexpr std::uint64_t kTried = 16;
+  constexpr double kLonger = 1.13, kSmaller = 0.95;
+  ManeuverProblem switching = problem;
+  switching.family = ProfileFamily::on_off;
+  switching.most_consumption.reset();
+  switching.most_rate_rad_s.reset();
+  OnOffSearch search(switching, body, [&budget] { return budget.spend(); });
+  std::vector<OnOffProgram> found;
+  for (std::uint64_t k = 0; k < kTried && !budget.is_spent(); ++k) {
+    std::vector<SwitchSequence> sequences(layout.controls);
+    for (std::size_t i = 0; i < layout.controls; ++i) {
+      int sign = ((k >> (i % 3)) & 1U) ? -1 : 1;
+      for (int j = 0; j <= layout.switches[i]; ++j, sign = -sign) sequences[i].push_back(sign);
+    }
+    if (const auto solution = search.settle(starts.start_of(sequences, k)))
+      found.push_back(solution->maneuver);
+  }
+  std::sort(found.begin(), found.end(),
+            [](const OnOffProgram& a, const OnOffProgram& b) { return a.end_s < b.end_s; });
+  std::vector<Start> result;
+  for (const OnOffProgram& maneuver : found) {
+    if (!result.empty() && maneuver.end_s * kLonger < result.back().time_s * (1 + 1e-5)) continue;
+    Start start{given, maneuver.end_s * kLonger};
+    for (std::size_t i = 0; i < layout.controls; ++i) {
+      const auto put = [&](std::size_t place, double value) {
+        if (!start.parameters[place].is_fixed) start.parameters[place].start = value;
+      };
+      put(layout.amplitude(i), maneuver.controls[i].front() < 0 ? -kSmaller : kSmaller);
+      for (std::size_t j = 0; j < maneuver.switch_times_s[i].size(); ++j)
+        put(layout.first_switch(i) + j, maneuver.switch_times_s[i][j] / maneuver.end_s);
+    }
+    result.push_back(std::move(start));
+    if (result.size() == 4) break;
+  }
+  return result;
+}
+
 }  // namespace
 
 bool search_profile(const ManeuverProblem& problem, const ManeuverBody& body, const PlannerOptions& options,
                     SearchBudget& budget, Plan& plan) {
   constexpr double kMet = 1e-7;
+  constexpr int kLeastStarts = 8;  // each costs as much as ten of on-off maneuvers
   const ManeuverStarts starts(problem, body, options.seed);
   plan.certificate.eigenaxis_s = starts.eigenaxis().time_s;
   plan.certificate.critical_control = starts.eigenaxis().critical;
   plan.layout = profile_layout(problem);
   const std::vector<ProfileParameter> given = profile_parameters(problem, plan.layout);
-  bool has_best = false;
+  std::vector<Start> informed;
+  const bool is_given = !problem.parameters.empty();
+  if (problem.family == ProfileFamily::smooth_switches && plan.layout.switch_count() >= 5 &&
+      options.most_starts > 1)
+    informed = on_off_starts(problem, body, starts, plan.layout, given, budget);
+  bool has_best = false, is_best_informed = false;
   for (int k = 0; k < options.most_starts && !budget.is_spent(); ++k) {
     ++plan.log.starts;
     Start start{given, 0};
-    if (k == 0 && !problem.parameters.empty()) {
+    const auto next = static_cast<std::size_t>(is_given ? k - 1 : k);
+    if (k == 0 && is_given) {
       start.time_s = problem.time_start_s.value_or(1.1 * starts.eigenaxis().synthetic_s);
+    } else if (next < informed.size()) {
+      start = informed[next];
     } else {
       start = start_at(problem, starts, plan.layout, given, static_cast<std::uint64_t>(k), options.seed);
     }
@@ -165,6 +222,7 @@ bool search_profile(const ManeuverProblem& problem, const ManeuverBody& body, co
     const double time = program.time_s(result.at);
     if (budget.met(plan.log, time, plan.layout.switches, is_extremal)) {
       has_best = true;
+      is_best_informed = next < informed.size();
       plan.time_s = time;
       plan.parameters = program.parameters(result.at);
       plan.certificate.residual = conditions.residual;
@@ -173,7 +231,8 @@ bool search_profile(const ManeuverProblem& problem, const ManeuverBody& body, co
       plan.status = is_extremal ? PlanStatus::extremal : PlanStatus::best_found;
     }
     budget.report(plan.log);
-    if (k + 1 >= options.least_starts && budget.is_content(plan.log)) break;
+    if (is_best_informed && next >= informed.size() + 1) break;
+    if (k + 1 >= std::min(options.least_starts, kLeastStarts) && budget.is_content(plan.log)) break;
   }
   if (!has_best) return false;
   ProfileFlight flight(body, plan.layout);
