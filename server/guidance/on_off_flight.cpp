@@ -15,8 +15,12 @@ struct Variation {
   static constexpr int kSize = 7 + 6 * kColumns;
   using State = Eigen::Matrix<double, kSize, 1>;
 
+  explicit Variation(const ManeuverBody& given) : body(given) {}
+
   const ManeuverBody& body;
   Eigen::Vector3d torque = Eigen::Vector3d::Zero();
+
+  void set_torque(const Eigen::Vector3d& given) { torque = given; }
 
   void operator()(int, const State& x, State& dx) const {
     const Vector4<double> q = x.template head<4>();
@@ -54,8 +58,57 @@ struct Variation {
   }
 };
 
+// A sphere under a constant torque: its rate is linear in time and changes of it stay what they are, so that
+// of Y only the integral of C^T is left. x = (q, w, that integral).
+struct SphereVariation {
+  using State = Eigen::Matrix<double, 16, 1>;
+
+  explicit SphereVariation(const ManeuverBody& given) : body(given) {}
+
+  const ManeuverBody& body;
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();
+
+  void operator()(int, const State& x, State& dx) const {
+    const double a = x[0], b = x[1], c = x[2], d = x[3], u = 0.5 * x[4], v = 0.5 * x[5], w = 0.5 * x[6];
+    dx[0] = -(b * u + c * v + d * w);
+    dx[1] = a * u + c * w - d * v;
+    dx[2] = a * v + d * u - b * w;
+    dx[3] = a * w + b * v - c * u;
+    dx.segment<3>(4) = acceleration;
+    const double aa = a * a, bb = b * b, cc = c * c, dd = d * d;
+    const double bc = b * c, ad = a * d, bd = b * d, ac = a * c, cd = c * d, ab = a * b;
+    dx[7] = aa + bb - cc - dd, dx[8] = 2 * (bc + ad), dx[9] = 2 * (bd - ac);
+    dx[10] = 2 * (bc - ad), dx[11] = aa - bb + cc - dd, dx[12] = 2 * (cd + ab);
+    dx[13] = 2 * (bd + ac), dx[14] = 2 * (cd - ab), dx[15] = aa - bb - cc + dd;
+  }
+
+  void set_torque(const Eigen::Vector3d& given) {
+    torque = given;
+    acceleration = body.inverse(0, 0) * given;
+  }
+
+  State start(const RigidState& given) const {
+    State x = State::Zero();
+    x.head<4>() = given.attitude;
+    x.segment<3>(4) = given.rate_rad_s;
+    return x;
+  }
+
+  static FlownPoint point(double time_s, const State& x) {
+    FlownPoint point;
+    point.time_s = time_s;
+    point.attitude = x.head<4>();
+    point.rate_rad_s = x.segment<3>(4);
+    point.transition.setIdentity();
+    point.transition.topRightCorner<3, 3>() = Eigen::Map<const Eigen::Matrix3d>(x.data() + 7);
+    return point;
+  }
+
+  Eigen::Vector3d acceleration = Eigen::Vector3d::Zero();
+};
+
 // The body turns by at most this in a step, rad: then a step of order 8 errs by about 1e-11.
-constexpr double kTurnInStep = 0.4;
+constexpr double kTurnInStep = 0.35;
 // Between switches, where signs are looked at.
 constexpr int kLeastFineSteps = 8;
 
@@ -78,9 +131,9 @@ double OnOffProgram::consumption(const RigidManeuverPlant& plant) const {
   return consumed;
 }
 
-template <int kColumns>
-void OnOffFlight::fly(const OnOffProgram& program, const RigidState& start, double finest_s,
-                      bool with_middles) {
+template <typename Moving>
+void OnOffFlight::fly_as(const OnOffProgram& program, const RigidState& start, double finest_s,
+                         bool with_middles) {
   switches_.clear();
   points_.clear();
   switch_points_.clear();
@@ -94,15 +147,15 @@ void OnOffFlight::fly(const OnOffProgram& program, const RigidState& start, doub
   std::stable_sort(switches_.begin(), switches_.end(),
                    [](const FlownSwitch& a, const FlownSwitch& b) { return a.time_s < b.time_s; });
 
-  Variation<kColumns> variation{*body_};
-  typename Variation<kColumns>::State x = variation.start(start);
+  Moving variation(*body_);
+  typename Moving::State x = variation.start(start);
   double t = 0;
-  points_.push_back(Variation<kColumns>::point(t, x));
+  points_.push_back(Moving::point(t, x));
   for (std::size_t k = 0; k <= switches_.size(); ++k) {
     const double to = k == switches_.size() ? program.end_s : switches_[k].time_s;
     const double length = to - t;
     if (length != 0) {
-      variation.torque = body_->plant.influence_N_m * control_;
+      variation.set_torque(body_->plant.influence_N_m * control_);
       const double acceleration = (body_->inverse * variation.torque).norm();
       const double turn = std::abs(length) * (x.template segment<3>(4).norm() +
                                               acceleration * std::abs(length) + body_->fastest_swing_1_s);
@@ -115,30 +168,33 @@ void OnOffFlight::fly(const OnOffProgram& program, const RigidState& start, doub
         cooper_verner_step(variation, h, x);
         const bool is_last = i + 1 == steps;
         const bool is_middle = with_middles && 2 * (i + 1) == steps;
-        if (!is_last && (finest_s > 0 || is_middle))
-          points_.push_back(Variation<kColumns>::point(t + (i + 1) * h, x));
+        if (!is_last && (finest_s > 0 || is_middle)) points_.push_back(Moving::point(t + (i + 1) * h, x));
       }
     }
     t = to;
-    points_.push_back(Variation<kColumns>::point(t, x));
+    points_.push_back(Moving::point(t, x));
     if (k == switches_.size()) break;
     switch_points_.push_back(points_.size() - 1);
     control_[switches_[k].control] = switches_[k].after;
   }
 }
 
-void OnOffFlight::fly(const OnOffProgram& program, const RigidState& start, bool with_middles) {
-  if (body_->plant.is_free())
-    fly<3>(program, start, 0, with_middles);
+void OnOffFlight::fly(const OnOffProgram& program, const RigidState& start, double finest_s,
+                      bool with_middles) {
+  if (body_->is_sphere)
+    fly_as<SphereVariation>(program, start, finest_s, with_middles);
+  else if (body_->plant.is_free())
+    fly_as<Variation<3>>(program, start, finest_s, with_middles);
   else
-    fly<6>(program, start, 0, with_middles);
+    fly_as<Variation<6>>(program, start, finest_s, with_middles);
+}
+
+void OnOffFlight::fly(const OnOffProgram& program, const RigidState& start, bool with_middles) {
+  fly(program, start, 0, with_middles);
 }
 
 void OnOffFlight::fly_finely(const OnOffProgram& program, const RigidState& start, double finest_s) {
-  if (body_->plant.is_free())
-    fly<3>(program, start, finest_s, false);
-  else
-    fly<6>(program, start, finest_s, false);
+  fly(program, start, finest_s, false);
 }
 
 Eigen::Matrix<double, 6, 1> OnOffFlight::drift_at(const FlownPoint& point,

@@ -55,7 +55,8 @@ class OnOffFlight {
   Eigen::Matrix<double, 6, 1> drift_at(const FlownPoint& point, const Eigen::VectorXd& control) const;
 
  private:
-  template <int kColumns>
+  template <typename Moving>
+  void fly_as(const OnOffProgram& program, const RigidState& start, double finest_s, bool with_middles);
   void fly(const OnOffProgram& program, const RigidState& start, double finest_s, bool with_middles);
 
   const ManeuverBody* body_;

@@ -21,11 +21,14 @@ struct ManeuverBody {
     if (given.springs)
       stiffness += std::abs(given.springs->pitch_N_m_rad) + std::abs(given.springs->roll_N_m_rad);
     fastest_swing_1_s = std::sqrt(stiffness * inverse.norm());
+    const double moment = given.inertia_kg_m2(0, 0);
+    is_sphere = given.is_free() && given.inertia_kg_m2 == moment * Eigen::Matrix3d::Identity();
   }
 
   RigidManeuverPlant plant;
   Eigen::Matrix3d inverse;               ///< I^-1
   Eigen::Matrix3Xd acceleration_rad_s2;  ///< I^-1 B
+  bool is_sphere = false;                ///< free, and all principal moments alike
   double fastest_swing_1_s;              ///< external moments let the body swing no faster than that
 };
 
