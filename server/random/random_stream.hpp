@@ -7,7 +7,13 @@
 namespace slew {
 
 /// What a stream is for. The numbers are part of the bits of a run: new uses go to the end.
-enum class RandomUse : std::uint32_t { thruster_noise, misalignment, angle_noise, rate_noise };
+enum class RandomUse : std::uint32_t {
+  thruster_noise,
+  misalignment,
+  angle_noise,
+  rate_noise,
+  maneuver_start
+};
 
 class RandomStream {
  public:

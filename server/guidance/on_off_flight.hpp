@@ -1,0 +1,72 @@
+// A maneuver under controls that are constant between switches, and how it ends when a switch is moved: a
+// switch of u_i from u- to u+ that comes later by dt changes the rate by I^-1 B_i (u- - u+) dt, and the
+// transition matrix takes that to the end (Vadali, Singh & Carter 1993, Eqs. 18-20).
+#pragma once
+
+#include <vector>
+
+#include "server/guidance/variational_body.hpp"
+
+namespace slew {
+
+/// Which values each control takes one after the other, and when it changes.
+struct OnOffProgram {
+  std::vector<std::vector<double>> controls;        ///< of each control, its value in each segment
+  std::vector<std::vector<double>> switch_times_s;  ///< of each control, ascending; one less than its values
+  double end_s = 0;
+
+  std::size_t switches() const;
+  /// Integral of the sum of consumption |u_i|.
+  double consumption(const RigidManeuverPlant& plant) const;
+};
+
+/// A switch in flight.
+struct FlownSwitch {
+  double time_s;
+  int control, index;  ///< the index-th switch of that control
+  double before, after;
+};
+
+/// Something seen on the way: the transition matrix from the start brings (phi, dw) at t = 0 here.
+struct FlownPoint {
+  double time_s;
+  Vector4<double> attitude;
+  Eigen::Vector3d rate_rad_s;
+  Eigen::Matrix<double, 6, 6> transition;
+};
+
+class OnOffFlight {
+ public:
+  explicit OnOffFlight(const ManeuverBody& body) : body_(&body) {}
+
+  /// `finest_s`: no step is longer than that, and every step is a point; without it points are the start, the
+  /// switches in order of time, the middles of long arcs where `with_middles`, and the end.
+  void fly(const OnOffProgram& program, const RigidState& start, bool with_middles = false);
+  void fly_finely(const OnOffProgram& program, const RigidState& start, double finest_s);
+
+  const std::vector<FlownSwitch>& switches() const { return switches_; }
+  const std::vector<FlownPoint>& points() const { return points_; }
+  /// The point at switch k, and the point of the end.
+  const FlownPoint& at_switch(std::size_t k) const { return points_[switch_points_[k]]; }
+  std::size_t switch_point(std::size_t k) const { return switch_points_[k]; }
+  const FlownPoint& end() const { return points_.back(); }
+  const Eigen::VectorXd& controls_at_end() const { return control_; }
+  /// Of the end: (C^T w, w'), as moves (phi, w).
+  Eigen::Matrix<double, 6, 1> drift_at(const FlownPoint& point, const Eigen::VectorXd& control) const;
+
+ private:
+  template <typename Moving>
+  void fly_as(const OnOffProgram& program, const RigidState& start, double finest_s, bool with_middles);
+  void fly(const OnOffProgram& program, const RigidState& start, double finest_s, bool with_middles);
+
+  const ManeuverBody* body_;
+  std::vector<FlownSwitch> switches_;
+  std::vector<FlownPoint> points_;
+  std::vector<std::size_t> switch_points_;
+  Eigen::VectorXd control_;
+};
+
+/// Of a transition matrix. For a free body that of the attitude alone is 1.
+Eigen::Matrix<double, 6, 6> inverse_transition(const Eigen::Matrix<double, 6, 6>& transition, bool is_free);
+
+}  // namespace slew

@@ -1,0 +1,334 @@
+#include "server/guidance/on_off_search.hpp"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+namespace slew {
+
+namespace {
+
+// Of the maneuver's time: shorter segments have vanished.
+constexpr double kVanished = 1e-6;
+// Of the terminal error in units of t_ref.
+constexpr double kMet = 1e-7;
+// Of the maneuver's time: a saving worth a segment. Where a control is singular (Kumar & Seywald 1991) no
+// number of segments is enough.
+constexpr double kWorthASegment = 1e-6;
+
+}  // namespace
+
+OnOffProgram without_short_segments(const OnOffProgram& program, double shortest_s) {
+  OnOffProgram shorter = program;
+  for (std::size_t i = 0; i < program.controls.size(); ++i) {
+    std::vector<double>& values = shorter.controls[i];
+    std::vector<double>& times = shorter.switch_times_s[i];
+    values.clear();
+    times.clear();
+    for (std::size_t k = 0; k < program.controls[i].size(); ++k) {
+      const double from = k == 0 ? 0 : program.switch_times_s[i][k - 1];
+      const double to = k + 1 == program.controls[i].size() ? program.end_s : program.switch_times_s[i][k];
+      if (to - from <= shortest_s) continue;
+      if (!values.empty() && values.back() == program.controls[i][k]) continue;
+      if (!values.empty()) times.push_back(from);
+      values.push_back(program.controls[i][k]);
+    }
+    if (values.empty()) values.push_back(program.controls[i].front());
+  }
+  return shorter;
+}
+
+void insert_segment(OnOffProgram& program, std::size_t control, double value, double from_s, double to_s) {
+  std::vector<double>& values = program.controls[control];
+  std::vector<double>& times = program.switch_times_s[control];
+  const auto at = std::upper_bound(times.begin(), times.end(), from_s) - times.begin();
+  const auto segment = static_cast<std::size_t>(at);
+  const double around = values[segment];
+  const double since = segment > 0 ? times[segment - 1] : 0;
+  const double until = segment < times.size() ? times[segment] : program.end_s;
+  const double tiny = 1e-9 * program.end_s;
+  if (from_s <= since + tiny) {  // at its beginning
+    times.insert(times.begin() + at, std::min(to_s, until));
+    values.insert(values.begin() + at, value);
+  } else if (to_s >= until - tiny) {  // at its end
+    times.insert(times.begin() + at, from_s);
+    values.insert(values.begin() + at + 1, value);
+  } else {
+    times.insert(times.begin() + at, {from_s, to_s});
+    values.insert(values.begin() + at + 1, {value, around});
+  }
+}
+
+bool OnOffSearch::may_go_on() {
+  if (!was_stopped_ && keep_going_ && !keep_going_()) was_stopped_ = true;
+  return !was_stopped_;
+}
+
+// Levenberg & Marquardt's steps towards a terminal error of zero: a start from which the quadratic program is
+// not absurd.
+bool OnOffSearch::restore(const SwitchTimeProgram& program, Eigen::VectorXd& z) {
+  constexpr double kNear = 0.1;
+  constexpr int kMostSteps = 12;
+  const Eigen::Index n = z.size();
+  NonlinearValues values;
+  program.nonlinear().evaluate(z, values);
+  ++evaluations_;
+  double damping = 1e-2, error = values.equal.norm();
+  for (int step = 0; step < kMostSteps && error > kNear; ++step) {
+    if (!may_go_on()) return false;
+    const Eigen::MatrixXd normal =
+        values.equal_slope.transpose() * values.equal_slope + damping * Eigen::MatrixXd::Identity(n, n);
+    Eigen::VectorXd next = z - normal.ldlt().solve(values.equal_slope.transpose() * values.equal);
+    next = next.cwiseMax(program.nonlinear().least).cwiseMin(program.nonlinear().most);
+    next[n - 1] = std::clamp(next[n - 1], 0.6 * z[n - 1], 1.5 * z[n - 1]);
+    // Lengths that do not fit in are made shorter alike.
+    OnOffProgram fitted = program.program(next);
+    for (auto& times : fitted.switch_times_s)
+      if (!times.empty() && times.back() > fitted.end_s) {
+        const double part = fitted.end_s / times.back();
+        for (double& time : times) time *= part;
+      }
+    next = program.variables(fitted);
+    NonlinearValues tried;
+    program.nonlinear().evaluate(next, tried);
+    ++evaluations_;
+    if (tried.equal.norm() < error) {
+      error = tried.equal.norm();
+      z = next;
+      std::swap(values, tried);
+      damping = std::max(damping * 0.2, 1e-6);
+    } else {
+      damping *= 8;
+      if (damping > 1e3) break;
+    }
+  }
+  return error < 1;
+}
+
+// The nearest point that meets the conditions, of those variables and limits that are not at their bounds or
+// beyond: Newton's method, each step the shortest.
+Eigen::VectorXd OnOffSearch::finished(const SwitchTimeProgram& program, Eigen::VectorXd z) {
+  NonlinearValues values;
+  for (int step = 0; step < 4; ++step) {
+    program.nonlinear().evaluate(z, values);
+    ++evaluations_;
+    std::vector<Eigen::Index> inside, active;
+    for (Eigen::Index j = 0; j < z.size(); ++j)
+      if (z[j] > program.nonlinear().least[j] + 1e-9) inside.push_back(j);
+    for (Eigen::Index i = 0; i < values.positive.size(); ++i)
+      if (values.positive[i] < 1e-9) active.push_back(i);
+    const auto rows = static_cast<Eigen::Index>(active.size()) + 6;
+    Eigen::MatrixXd slope(rows, static_cast<Eigen::Index>(inside.size()));
+    Eigen::VectorXd value(rows);
+    slope.topRows(6) = values.equal_slope(Eigen::all, inside);
+    value.head<6>() = values.equal;
+    for (std::size_t k = 0; k < active.size(); ++k) {
+      const auto row = 6 + static_cast<Eigen::Index>(k);
+      slope.row(row) = values.positive_slope(active[k], inside);
+      value[row] = values.positive[active[k]];
+    }
+    if (value.lpNorm<Eigen::Infinity>() < 1e-11) break;
+    const Eigen::VectorXd change = slope.completeOrthogonalDecomposition().solve(-value);
+    for (std::size_t j = 0; j < inside.size(); ++j) z[inside[j]] += change[static_cast<Eigen::Index>(j)];
+  }
+  return z;
+}
+
+std::optional<OnOffProgram> OnOffSearch::optimize(const OnOffProgram& start, double tolerance) {
+  const SwitchTimeProgram program(*problem_, *body_, start);
+  Eigen::VectorXd variables = program.variables(start);
+  if (variables.size() < 6) return std::nullopt;
+  if (!restore(program, variables)) return std::nullopt;
+  SequentialOptions options;
+  options.tolerance = tolerance;
+  options.most_evaluations = 60 + 4 * static_cast<int>(variables.size());
+  options.keep_going = [this] { return may_go_on(); };
+  const SequentialResult result = minimize(program.nonlinear(), variables, options);
+  evaluations_ += result.evaluations;
+  ++solved_;
+  Eigen::VectorXd at = result.at;
+  if (result.violation > kMet && result.violation < 1e-2) at = finished(program, at);
+  NonlinearValues values;
+  program.nonlinear().evaluate(at, values);
+  ++evaluations_;
+  const double violation = std::max(values.equal.lpNorm<Eigen::Infinity>(), -values.positive.minCoeff());
+  if (!(violation <= kMet) || (at - program.nonlinear().least).minCoeff() < 0) return std::nullopt;
+  return program.program(at);
+}
+
+OnOffSolution OnOffSearch::judge(const OnOffProgram& maneuver, int steps) {
+  OnOffSolution solution;
+  solution.maneuver = maneuver;
+  const SwitchTimeProgram program(*problem_, *body_, maneuver);
+  NonlinearValues values;
+  program.nonlinear().evaluate(program.variables(maneuver), values);
+  solution.violation = std::max(values.equal.lpNorm<Eigen::Infinity>(), -values.positive.minCoeff());
+  const auto controls = static_cast<Eigen::Index>(maneuver.controls.size());
+  if (problem_->most_consumption) solution.is_consumption_active = values.positive[controls] < 1e-5;
+  if (problem_->most_rate_rad_s)
+    solution.is_rate_active = values.positive.tail(3 * (2 * program.switches() + 1)).minCoeff() < 1e-6;
+  solution.signs = test_signs(*problem_, *body_, program, maneuver, solution.is_consumption_active, steps);
+  solution.residual = solution.signs.multipliers.residual;
+  evaluations_ += 2;
+  return solution;
+}
+
+std::optional<OnOffSolution> OnOffSearch::descend(OnOffProgram start, double worth_s) {
+  constexpr int kMostRounds = 10;
+  std::optional<OnOffSolution> best;
+  double part = 0.5;  // of an interval in which the sign is wrong
+  for (int round = 0; round < kMostRounds && may_go_on(); ++round) {
+    auto maneuver = optimize(start, 1e-8);
+    if (maneuver) *maneuver = without_short_segments(*maneuver, kVanished * maneuver->end_s);
+    const bool is_better = maneuver && (!best || maneuver->end_s < best->maneuver.end_s * (1 - 1e-9));
+    if (!is_better) {
+      if (!best || part < 0.05) break;
+      part *= 0.3;  // a smaller change of what was best
+    } else {
+      best = judge(*maneuver, 80);
+      if (round == 0 && maneuver->end_s > worth_s) break;
+      part = 0.5;
+    }
+    start = best->maneuver;
+    bool has_changed = false;
+    if (best->is_rate_active) break;
+    for (std::size_t i = 0; i < start.controls.size(); ++i) {
+      const SignViolation* worst = nullptr;
+      for (const SignViolation& violation : best->signs.violations)
+        if (violation.control == i && (!worst || violation.saving_s > worst->saving_s)) worst = &violation;
+      if (!worst || worst->saving_s < kWorthASegment * start.end_s) continue;
+      const double half = 0.5 * part * (worst->to_s - worst->from_s);
+      const double from = std::max(worst->from_s, worst->peak_s - half);
+      insert_segment(start, i, worst->value, from, std::min(worst->to_s, from + 2 * half));
+      has_changed = true;
+    }
+    if (!has_changed) break;
+  }
+  return best;
+}
+
+std::optional<OnOffSolution> OnOffSearch::settle(const OnOffProgram& start) {
+  const auto maneuver = optimize(start, 1e-10);
+  if (!maneuver) return std::nullopt;
+  const OnOffProgram cleaned = without_short_segments(*maneuver, kVanished * maneuver->end_s);
+  if (cleaned.switches() != maneuver->switches()) return std::nullopt;
+  return judge(*maneuver, 80);
+}
+
+std::optional<OnOffSolution> OnOffSearch::settle_beside(const OnOffProgram& start) {
+  const SwitchTimeProgram program(*problem_, *body_, start);
+  Eigen::VectorXd variables = program.variables(start);
+  if (variables.size() < 6 || !restore(program, variables)) return std::nullopt;
+  const OnOffProgram met = program.program(finished(program, variables));
+  if (without_short_segments(met, 1e-5 * met.end_s).switches() != start.switches()) return std::nullopt;
+  const OnOffSolution solution = polished(judge(met, 80));
+  if (!(solution.violation <= kMet && solution.residual < 1e-8)) return std::nullopt;
+  return solution;
+}
+
+// A segment that is about to vanish keeps Newton's method from the conditions: it is taken out, and the
+// switch times are optimized once more.
+OnOffSolution OnOffSearch::polish(const OnOffSolution& solution) {
+  constexpr double kConditionsMet = 1e-8;
+  OnOffSolution best = polished(solution);
+  for (const double shortest : {1e-4, 1e-3}) {
+    if (best.residual < kConditionsMet || best.is_rate_active) break;
+    const OnOffProgram fewer = without_short_segments(solution.maneuver, shortest * solution.maneuver.end_s);
+    if (fewer.switches() == solution.maneuver.switches()) continue;
+    const auto optimized = optimize(fewer, 1e-10);
+    if (!optimized || optimized->end_s > best.maneuver.end_s * (1 + 1e-6)) continue;
+    const OnOffSolution other = polished(judge(*optimized, 80));
+    if (other.violation <= std::max(best.violation, 1e-9) && other.residual < best.residual) best = other;
+  }
+  return best;
+}
+
+OnOffSolution OnOffSearch::polished(const OnOffSolution& solution) {
+  const SwitchTimeProgram program(*problem_, *body_, solution.maneuver);
+  const Eigen::Index n = program.switches() + 1;
+  const Eigen::Index conditions = solution.is_consumption_active ? 7 : 6;
+  if (solution.is_rate_active || n < conditions) return solution;
+  const double scale = program.reference_s();
+  const double limit = problem_->most_consumption.value_or(0);
+
+  // Times in units of t_ref, control by control, the end last; then the multipliers.
+  const auto maneuver_at = [&](const Eigen::VectorXd& y) {
+    OnOffProgram moved = solution.maneuver;
+    Eigen::Index next = 0;
+    for (auto& times : moved.switch_times_s)
+      for (double& time : times) time = scale * y[next++];
+    moved.end_s = scale * y[n - 1];
+    return moved;
+  };
+  const auto look = [&](const Eigen::VectorXd& y, Eigen::VectorXd& c, Eigen::MatrixXd& a) {
+    const OnOffProgram moved = maneuver_at(y);
+    const SwitchTimeProgram::Slopes slopes = program.slopes(moved);
+    ++evaluations_;
+    c.resize(conditions);
+    a.resize(conditions, n);
+    c.head<6>() = slopes.error;
+    a.topRows(6) = slopes.error_slope;
+    if (conditions == 7) {
+      c[6] = (moved.consumption(body_->plant) - limit) / scale;
+      a.row(6) = slopes.consumption_slope.transpose();
+    }
+  };
+  const auto is_in_order = [&](const OnOffProgram& moved) {
+    for (const auto& times : moved.switch_times_s) {
+      double before = 0;
+      for (const double time : times) {
+        if (!(time > before)) return false;
+        before = time;
+      }
+      if (!(moved.end_s > before)) return false;
+    }
+    return true;
+  };
+
+  Eigen::VectorXd y(n), m(conditions), c, c_moved;
+  Eigen::MatrixXd a, a_moved;
+  Eigen::Index next = 0;
+  for (const auto& times : solution.maneuver.switch_times_s)
+    for (const double time : times) y[next++] = time / scale;
+  y[n - 1] = solution.maneuver.end_s / scale;
+  m.head<6>() = solution.signs.multipliers.terminal;
+  if (conditions == 7) m[6] = solution.signs.multipliers.consumption;
+  const Eigen::VectorXd wanted = Eigen::VectorXd::Unit(n, n - 1);
+  look(y, c, a);
+  double error =
+      std::max(c.lpNorm<Eigen::Infinity>(), (wanted + a.transpose() * m).lpNorm<Eigen::Infinity>());
+  for (int iteration = 0; iteration < 8 && error > 1e-13; ++iteration) {
+    constexpr double kStep = 1e-6;
+    Eigen::MatrixXd kkt = Eigen::MatrixXd::Zero(n + conditions, n + conditions);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      Eigen::VectorXd moved = y;
+      moved[j] += kStep;
+      look(moved, c_moved, a_moved);
+      kkt.col(j).head(n) = (a_moved - a).transpose() * m / kStep;
+    }
+    kkt.topLeftCorner(n, n) = (0.5 * (kkt.topLeftCorner(n, n) + kkt.topLeftCorner(n, n).transpose())).eval();
+    kkt.topRightCorner(n, conditions) = a.transpose();
+    kkt.bottomLeftCorner(conditions, n) = a;
+    Eigen::VectorXd right(n + conditions);
+    right << wanted + a.transpose() * m, c;
+    const Eigen::VectorXd step = kkt.completeOrthogonalDecomposition().solve(-right);
+    if (!step.allFinite()) break;
+    bool has_moved = false;
+    for (double part = 1; part > 0.01 && !has_moved; part *= 0.5) {
+      const Eigen::VectorXd y_next = y + part * step.head(n), m_next = m + part * step.tail(conditions);
+      if (!is_in_order(maneuver_at(y_next))) continue;
+      look(y_next, c_moved, a_moved);
+      const double next_error = std::max(c_moved.lpNorm<Eigen::Infinity>(),
+                                         (wanted + a_moved.transpose() * m_next).lpNorm<Eigen::Infinity>());
+      if (!(next_error < error)) continue;
+      error = next_error, y = y_next, m = m_next, c = c_moved, a = a_moved;
+      has_moved = true;
+    }
+    if (!has_moved) break;
+  }
+  OnOffSolution result = judge(maneuver_at(y), 200);
+  result.is_consumption_active = solution.is_consumption_active;
+  return result;
+}
+
+}  // namespace slew

@@ -1,0 +1,159 @@
+#include "server/guidance/plan_certificate.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "server/guidance/maneuver_bounds.hpp"
+#include "server/propagation/erk_solver.hpp"
+
+namespace slew {
+
+namespace {
+
+constexpr double kTolerance = 1e-12;
+
+// q, w, and what is consumed.
+constexpr sunindextype kSize = 8;
+
+struct Flown {
+  const RigidManeuverPlant& plant;
+  const Plan& plan;
+  Eigen::Matrix3d inverse;
+  double begin_s = 0, end_s = 0;  // of the segment between breaks
+
+  // Controls are those of the segment, also at its ends.
+  Eigen::VectorXd control(double t) const {
+    if (plan.family != ProfileFamily::on_off) return control_at(plan, plant, t);
+    return control_at(plan, plant, 0.5 * (begin_s + end_s));
+  }
+};
+
+int slope(sunrealtype t, N_Vector x, N_Vector dx, void* context) {
+  const Flown& flown = *static_cast<const Flown*>(context);
+  const Eigen::Map<const Eigen::Matrix<double, 8, 1>> state(N_VGetArrayPointer(x));
+  Eigen::Map<Eigen::Matrix<double, 8, 1>> rate(N_VGetArrayPointer(dx));
+  const Eigen::VectorXd u = flown.control(t);
+  const RigidRate<double> moved = rigid_rate<double>(flown.plant, flown.inverse, state.head<4>(),
+                                                     state.segment<3>(4), flown.plant.influence_N_m * u);
+  rate.head<4>() = moved.attitude_1_s;
+  rate.segment<3>(4) = moved.acceleration_rad_s2;
+  rate[7] = 0;
+  for (Eigen::Index i = 0; i < u.size(); ++i) rate[7] += flown.plant.consumption(i) * std::abs(u[i]);
+  return 0;
+}
+
+// Where controls jump or bend.
+std::vector<double> breaks(const Plan& plan) {
+  std::vector<double> times = {0};
+  if (plan.family == ProfileFamily::on_off) {
+    for (const auto& of_control : plan.on_off.switch_times_s)
+      times.insert(times.end(), of_control.begin(), of_control.end());
+  } else {
+    for (const double t : {0.5, 1.0}) times.push_back(t * plan.time_s);
+    for (std::size_t i = 0; i < plan.layout.controls; ++i) {
+      std::vector<double> parts;
+      if (plan.family == ProfileFamily::impulses) {
+        const double t1 = plan.parameters[plan.layout.t1(i)];
+        parts = {t1, 2 * t1, 1 - 2 * t1, 1 - t1};
+      } else {
+        const double rise = plan.parameters[plan.layout.rise()];
+        parts = {rise, 1 - rise};
+        for (int j = 0; j < plan.layout.switches[i]; ++j)
+          parts.push_back(plan.parameters[plan.layout.first_switch(i) + static_cast<std::size_t>(j)]);
+      }
+      for (const double t : parts) times.push_back(std::clamp(t, 0.0, 1.0) * plan.time_s);
+    }
+  }
+  times.push_back(plan.time_s);
+  std::sort(times.begin(), times.end());
+  times.erase(std::unique(times.begin(), times.end()), times.end());
+  return times;
+}
+
+// `seen(t, x)` at every step's end and at the times asked for.
+template <typename Seen>
+void fly(const ManeuverProblem& problem, const Plan& plan, const std::vector<double>& times_s,
+         const Seen& seen) {
+  Flown flown{problem.plant, plan, problem.plant.inertia_kg_m2.inverse()};
+  ErkSolver solver;
+  solver.state = N_VNew_Serial(kSize, solver.context);
+  Eigen::Map<Eigen::Matrix<double, 8, 1>> x(N_VGetArrayPointer(solver.state));
+  x << problem.initial.attitude, problem.initial.rate_rad_s, 0;
+  solver.memory = ERKStepCreate(slope, 0, solver.state, solver.context);
+  check_sundials(ERKStepSStolerances(solver.memory, kTolerance, kTolerance), "ERKStepSStolerances");
+  check_sundials(ERKStepSetTableNum(solver.memory, ARKODE_FEHLBERG_13_7_8), "ERKStepSetTableNum");
+  check_sundials(ERKStepSetUserData(solver.memory, &flown), "ERKStepSetUserData");
+  check_sundials(ERKStepSetMaxNumSteps(solver.memory, 200000), "ERKStepSetMaxNumSteps");
+  check_sundials(ERKStepSetMaxStep(solver.memory, plan.time_s / 100), "ERKStepSetMaxStep");
+  std::vector<double> stops = breaks(plan);
+  const std::vector<double> jumps = stops;
+  stops.insert(stops.end(), times_s.begin(), times_s.end());
+  std::sort(stops.begin(), stops.end());
+  seen(0.0, x);
+  double t = 0;
+  for (const double stop : stops) {
+    if (!(stop > t) || stop > plan.time_s) {
+      if (stop == t) seen(t, x);
+      continue;
+    }
+    const auto after = std::upper_bound(jumps.begin(), jumps.end(), t);
+    flown.begin_s = *(after - 1);
+    flown.end_s = after == jumps.end() ? plan.time_s : *after;
+    check_sundials(ERKStepReset(solver.memory, t, solver.state), "ERKStepReset");
+    check_sundials(ERKStepSetStopTime(solver.memory, stop), "ERKStepSetStopTime");
+    while (t < stop) {
+      sunrealtype reached = t;
+      check_sundials(ERKStepEvolve(solver.memory, stop, solver.state, &reached, ARK_ONE_STEP),
+                     "ERKStepEvolve");
+      t = reached;
+      seen(t, x);
+    }
+    t = stop;
+  }
+}
+
+}  // namespace
+
+void certify_flight(const ManeuverProblem& problem, const Plan& plan, double met,
+                    PlanCertificate& certificate) {
+  RigidState end;
+  certificate.peak_rate_rad_s.setZero();
+  fly(problem, plan, {}, [&](double, const Eigen::Matrix<double, 8, 1>& x) {
+    end.attitude = x.head<4>();
+    end.rate_rad_s = x.segment<3>(4);
+    certificate.consumption = x[7];
+    certificate.peak_rate_rad_s = certificate.peak_rate_rad_s.cwiseMax(end.rate_rad_s.cwiseAbs());
+  });
+  end.attitude.normalize();
+  certificate.attitude_error_rad = eigenaxis(end.attitude, problem.final.attitude).angle_rad;
+  if (certificate.attitude_error_rad == 0)
+    certificate.attitude_error_rad = TerminalError(end, problem.final).value.head<3>().norm();
+  certificate.rate_error_rad_s = (end.rate_rad_s - problem.final.rate_rad_s).norm();
+  certificate.meets_all =
+      certificate.attitude_error_rad <= met && certificate.rate_error_rad_s * plan.time_s <= met;
+  if (problem.most_consumption) {
+    certificate.consumption_margin = *problem.most_consumption - certificate.consumption;
+    certificate.meets_all =
+        certificate.meets_all && certificate.consumption_margin >= -1e-6 * *problem.most_consumption;
+  }
+  if (problem.most_rate_rad_s) {
+    certificate.rate_margin_rad_s = (*problem.most_rate_rad_s - certificate.peak_rate_rad_s).minCoeff();
+    certificate.meets_all =
+        certificate.meets_all && certificate.rate_margin_rad_s >= -1e-6 * problem.most_rate_rad_s->minCoeff();
+  }
+}
+
+std::vector<RigidState> fly_plan(const ManeuverProblem& problem, const Plan& plan,
+                                 const std::vector<double>& times_s) {
+  std::vector<RigidState> states;
+  fly(problem, plan, times_s, [&](double t, const Eigen::Matrix<double, 8, 1>& x) {
+    while (states.size() < times_s.size() && times_s[states.size()] <= t)
+      states.push_back({x.head<4>(), x.segment<3>(4)});
+    return;
+  });
+  while (!states.empty() && states.size() < times_s.size()) states.push_back(states.back());
+  return states;
+}
+
+}  // namespace slew

@@ -1,0 +1,136 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "server/guidance/maneuver_starts.hpp"
+#include "server/guidance/on_off_search.hpp"
+#include "server/guidance/plan_search.hpp"
+
+namespace slew {
+
+namespace {
+
+// Of the Hamiltonian, which is -1.
+constexpr double kSignsRight = 1e-4;
+constexpr double kConditionsMet = 1e-5;
+
+std::vector<int> switch_counts(const OnOffProgram& program) {
+  std::vector<int> counts;
+  for (const auto& times : program.switch_times_s) counts.push_back(static_cast<int>(times.size()));
+  return counts;
+}
+
+bool is_extremal(const OnOffSolution& solution) {
+  return !solution.is_rate_active && solution.residual < kConditionsMet && solution.signs.worst < kSignsRight;
+}
+
+// Of the maneuver's time: what may be saved by more segments is not worth them.
+constexpr double kNothingToSave = 2e-5;
+
+bool is_nearly_extremal(const OnOffSolution& solution) {
+  return !solution.is_rate_active && solution.residual < 1e-2 &&
+         solution.signs.saving_s < kNothingToSave * solution.maneuver.end_s;
+}
+
+OnOffProgram given_start(const ManeuverProblem& problem, const ManeuverStarts& starts) {
+  OnOffProgram start = starts.start_of(problem.sequences, 0);
+  double last = 0;
+  for (const auto& times : problem.switch_starts_s)
+    for (const double time : times) last = std::max(last, time);
+  start.switch_times_s = problem.switch_starts_s;
+  start.end_s = problem.time_start_s.value_or(std::max(1.2 * last, start.end_s));
+  return start;
+}
+
+// A neighbour: a segment of another value put in at random.
+OnOffProgram changed(const OnOffProgram& maneuver, const RigidManeuverPlant& plant,
+                     const RandomStream& random, std::uint64_t k) {
+  OnOffProgram neighbour = maneuver;
+  const auto n = static_cast<double>(maneuver.controls.size());
+  const auto i = std::min(maneuver.controls.size() - 1, static_cast<std::size_t>(random.uniform(8 * k) * n));
+  const auto row = static_cast<Eigen::Index>(i);
+  const double choice = random.uniform(8 * k + 1);
+  const double value = choice < 0.4 ? plant.most_control[row] : choice < 0.8 ? plant.least_control[row] : 0;
+  const double from = random.uniform(8 * k + 2) * 0.98 * maneuver.end_s;
+  insert_segment(neighbour, i, value, from,
+                 from + (0.005 + 0.03 * random.uniform(8 * k + 3)) * maneuver.end_s);
+  return without_short_segments(neighbour, 0);
+}
+
+}  // namespace
+
+bool search_on_off(const ManeuverProblem& problem, const ManeuverBody& body, const PlannerOptions& options,
+                   SearchBudget& budget, Plan& plan) {
+  const ManeuverStarts starts(problem, body, options.seed);
+  plan.certificate.eigenaxis_s = starts.eigenaxis().time_s;
+  plan.certificate.critical_control = starts.eigenaxis().critical;
+  OnOffSearch search(problem, body, [&budget] { return budget.spend(); });
+  const bool is_fixed = !problem.sequences.empty();
+  std::optional<OnOffSolution> best;
+  const auto take = [&](std::optional<OnOffSolution> found) {
+    if (!found) {
+      ++plan.log.failed_starts;
+      return;
+    }
+    if (!best || found->maneuver.end_s < best->maneuver.end_s * (1 - 1e-7)) {
+      const OnOffSolution polished = search.polish(*found);
+      if (polished.violation <= std::max(found->violation, 1e-9) &&
+          polished.maneuver.end_s < found->maneuver.end_s * (1 + 1e-6))
+        found = polished;
+      best = found;
+    }
+    budget.met(plan.log, found->maneuver.end_s, switch_counts(found->maneuver), is_extremal(*found));
+    budget.report(plan.log);
+  };
+  // A plan that was found before, under limits that were not as tight.
+  if (!plan.on_off.controls.empty())
+    take(search.descend(plan.on_off, std::numeric_limits<double>::infinity()));
+  for (int k = 0; k < options.most_starts && !budget.is_spent() && !(best && k == 0); ++k) {
+    ++plan.log.starts;
+    const auto start = static_cast<std::uint64_t>(k);
+    if (!is_fixed) {
+      const double worth = best ? 1.6 * best->maneuver.end_s : std::numeric_limits<double>::infinity();
+      take(search.descend(starts.start(start), worth));
+    } else if (k == 0 && !problem.switch_starts_s.empty()) {
+      const OnOffProgram given = given_start(problem, starts);
+      auto beside = search.settle_beside(given);
+      take(beside ? std::move(beside) : search.settle(given));
+      if (best) break;  // what was asked for is the optimum beside this start
+    } else {
+      const OnOffProgram chosen = starts.start_of(problem.sequences, start);
+      auto settled = search.settle(chosen);
+      take(settled ? std::move(settled) : search.settle_beside(chosen));
+    }
+    // A start that is not the optimum of its own kind is none to be content with.
+    if (best && k + 1 >= options.least_starts && budget.is_content(plan.log) &&
+        (is_fixed || best->is_rate_active || is_nearly_extremal(*best) || k + 1 >= 2 * options.least_starts))
+      break;
+  }
+  // Where a rate is on its limit the signs do not tell where a segment would help: neighbours are tried.
+  if (best && best->is_rate_active && !is_fixed && plan.on_off.controls.empty()) {
+    const RandomStream random(options.seed, RandomUse::maneuver_start, 1);
+    for (std::uint64_t k = 0; k < 24 && !budget.is_spent(); ++k) {
+      auto found = search.descend(changed(best->maneuver, body.plant, random, k), 0);
+      if (found && found->maneuver.end_s < best->maneuver.end_s * (1 - 1e-7)) take(std::move(found));
+    }
+  }
+  plan.log.programs_solved = search.programs_solved();
+  if (!best) return false;
+  plan.on_off = best->maneuver;
+  plan.time_s = best->maneuver.end_s;
+  plan.consumption = best->maneuver.consumption(body.plant);
+  PlanCertificate& certificate = plan.certificate;
+  certificate.residual = best->residual;
+  certificate.violating_s = best->signs.violating_s;
+  certificate.worst_sign = best->signs.worst;
+  certificate.signs_were_tested = !best->is_rate_active;
+  certificate.final_costate = best->signs.multipliers.terminal;
+  certificate.price = best->signs.multipliers.consumption;
+  certificate.saving_s = best->signs.saving_s;
+  plan.status = is_extremal(*best)          ? PlanStatus::extremal
+                : is_nearly_extremal(*best) ? PlanStatus::nearly_extremal
+                                            : PlanStatus::best_found;
+  return true;
+}
+
+}  // namespace slew
