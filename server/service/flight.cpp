@@ -102,8 +102,8 @@ class Flight::Sink final : public SampleSink {
 
 Flight::Flight(JournalEntry entry, Prepared prepared)
     : entry_(without_texts(std::move(entry))),
-      is_paced_(prepared.timing.mode != TimingMode::as_fast_as_possible),
-      prepared_(std::move(prepared)) {
+      prepared_(std::move(prepared)),
+      is_paced_(prepared_.timing.mode != TimingMode::as_fast_as_possible) {
   if (is_paced()) rate_ = prepared_.timing.rate;
   anchor_.rate = prepared_.timing.rate;
   paused_ = prepared_.timing.start != TimingStart::now;

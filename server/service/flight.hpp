@@ -137,7 +137,6 @@ class Flight {
   void anchor_now(std::optional<std::int64_t> start_unix_ns = {});
 
   const JournalEntry entry_;
-  const bool is_paced_;
   Prepared prepared_;
   std::unique_ptr<Run> run_;
   std::unique_ptr<Run> verification_run_;
@@ -156,6 +155,7 @@ class Flight {
   std::atomic<std::uint64_t> oversleeps_{0};
   std::atomic<double> load_{0};
   std::atomic<bool> is_lossless_{false};
+  const bool is_paced_;
   Lateness lateness_;
 
   std::mutex mutex_;
