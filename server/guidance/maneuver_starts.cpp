@@ -42,7 +42,7 @@ double ManeuverStarts::value(std::size_t i, int sign) const {
 }
 
 // Between the time in which all controls together would turn the body and the eigenaxis maneuver's.
-double ManeuverStarts::time(std::uint64_t, double draw) const {
+double ManeuverStarts::time(double draw) const {
   if (problem_->time_start_s) return *problem_->time_start_s * (0.9 + 0.3 * draw);
   const double angle = std::max(eigenaxis_.eigenaxis.angle_rad, 1e-3);
   double boldest = 2 * std::sqrt(angle / std::max(eigenaxis_.boldest_rad_s2, 1e-300));
@@ -74,7 +74,7 @@ OnOffProgram ManeuverStarts::switching(std::uint64_t k) const {
   if (k >= 6 && k % 3 == 2) return anywhere(k);
   const std::size_t n = static_cast<std::size_t>(body_->plant.controls());
   OnOffProgram program;
-  program.end_s = time(k, draw(k, 0));
+  program.end_s = time(draw(k, 0));
   program.controls.resize(n);
   program.switch_times_s.resize(n);
   for (std::size_t i = 0; i < n; ++i) {
@@ -109,7 +109,7 @@ OnOffProgram ManeuverStarts::switching(std::uint64_t k) const {
 // Where the double integrators are no guide: couplings are strong, or rates at the ends are not zero.
 OnOffProgram ManeuverStarts::anywhere(std::uint64_t k) const {
   OnOffProgram program;
-  program.end_s = time(k, 0.5) * (0.7 + 1.6 * draw(k, 0) * draw(k, 1));
+  program.end_s = time(0.5) * (0.7 + 1.6 * draw(k, 0) * draw(k, 1));
   for (std::size_t i = 0; i < static_cast<std::size_t>(body_->plant.controls()); ++i) {
     const auto which = static_cast<std::uint32_t>(4 + 4 * i);
     int sign = draw(k, which) < 0.5 ? -1 : 1;
@@ -208,7 +208,7 @@ OnOffProgram ManeuverStarts::coasting(std::uint64_t k) const {
 
 OnOffProgram ManeuverStarts::start_of(const std::vector<SwitchSequence>& sequences, std::uint64_t k) const {
   OnOffProgram program;
-  program.end_s = time(k, draw(k, 0));
+  program.end_s = time(draw(k, 0));
   for (std::size_t i = 0; i < sequences.size(); ++i) {
     const SwitchSequence& sequence = sequences[i];
     std::vector<double> values, times;

@@ -23,7 +23,7 @@ class ManeuverStarts {
   const EigenaxisManeuver& eigenaxis() const { return eigenaxis_; }
 
  private:
-  double time(std::uint64_t k, double draw) const;
+  double time(double draw) const;
   double share(std::size_t i, double time_s) const;
   OnOffProgram switching(std::uint64_t k) const;
   OnOffProgram anywhere(std::uint64_t k) const;

@@ -39,9 +39,10 @@ class OnOffFlight {
  public:
   explicit OnOffFlight(const ManeuverBody& body) : body_(&body) {}
 
-  /// `finest_s`: no step is longer than that, and every step is a point; without it points are the start, the
-  /// switches in order of time, the middles of long arcs where `with_middles`, and the end.
+  /// Points are the start, the switches in order of time, the middles of long arcs where `with_middles`, and
+  /// the end.
   void fly(const OnOffProgram& program, const RigidState& start, bool with_middles = false);
+  /// No step is longer than `finest_s`, and every step's end is a point.
   void fly_finely(const OnOffProgram& program, const RigidState& start, double finest_s);
 
   const std::vector<FlownSwitch>& switches() const { return switches_; }
@@ -51,7 +52,7 @@ class OnOffFlight {
   std::size_t switch_point(std::size_t k) const { return switch_points_[k]; }
   const FlownPoint& end() const { return points_.back(); }
   const Eigen::VectorXd& controls_at_end() const { return control_; }
-  /// Of the end: (C^T w, w'), as moves (phi, w).
+  /// (C^T w, w'): what time itself does to (phi, w) there.
   Eigen::Matrix<double, 6, 1> drift_at(const FlownPoint& point, const Eigen::VectorXd& control) const;
 
  private:

@@ -82,7 +82,7 @@ void fly(const ManeuverProblem& problem, const Plan& plan, const std::vector<dou
   x << problem.initial.attitude, problem.initial.rate_rad_s, 0;
   solver.memory = ERKStepCreate(slope, 0, solver.state, solver.context);
   check_sundials(ERKStepSStolerances(solver.memory, kTolerance, kTolerance), "ERKStepSStolerances");
-  check_sundials(ERKStepSetTableNum(solver.memory, ARKODE_FEHLBERG_13_7_8), "ERKStepSetTableNum");
+  check_sundials(ERKStepSetTableNum(solver.memory, ARKODE_VERNER_8_5_6), "ERKStepSetTableNum");
   check_sundials(ERKStepSetUserData(solver.memory, &flown), "ERKStepSetUserData");
   check_sundials(ERKStepSetMaxNumSteps(solver.memory, 200000), "ERKStepSetMaxNumSteps");
   check_sundials(ERKStepSetMaxStep(solver.memory, plan.time_s / 100), "ERKStepSetMaxStep");

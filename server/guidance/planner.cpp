@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "server/guidance/plan_certificate.hpp"
 #include "server/guidance/plan_search.hpp"
@@ -45,6 +46,17 @@ bool search(const ManeuverProblem& problem, const ManeuverBody& body, const Plan
             SearchBudget& budget, Plan& plan) {
   return problem.family == ProfileFamily::on_off ? search_on_off(problem, body, options, budget, plan)
                                                  : search_profile(problem, body, options, budget, plan);
+}
+
+// Where SUNDIALS does not get to the end nothing vouches for the plan.
+void certify(const ManeuverProblem& problem, const PlannerOptions& options, Plan& plan) {
+  try {
+    certify_flight(problem, plan, options.met, plan.certificate);
+  } catch (const std::runtime_error&) {
+    plan.certificate.meets_all = false;
+    plan.certificate.attitude_error_rad = plan.certificate.rate_error_rad_s =
+        std::numeric_limits<double>::infinity();
+  }
 }
 
 bool is_there_already(const ManeuverProblem& problem) {
@@ -111,7 +123,7 @@ Plan plan(const ManeuverProblem& problem, const PlannerOptions& options, const P
   plan.log.evaluations = budget.evaluations();
   plan.certificate.least_s = least_time_s(problem);
   if (is_found) {
-    certify_flight(problem, plan, options.met, plan.certificate);
+    certify(problem, options, plan);
     // Rates are held at nodes: what they exceed between these is taken off the limit.
     ManeuverProblem tighter = problem;
     for (int round = 0; round < 5 && problem.most_rate_rad_s && !plan.certificate.meets_all; ++round) {
@@ -136,7 +148,7 @@ Plan plan(const ManeuverProblem& problem, const PlannerOptions& options, const P
       again.log.evaluations = more.evaluations() + plan.log.evaluations;
       again.certificate.least_s = plan.certificate.least_s;
       plan = again;
-      certify_flight(problem, plan, options.met, plan.certificate);
+      certify(problem, options, plan);
     }
     if (!plan.certificate.meets_all) plan.status = PlanStatus::none;
     if (plan.status != PlanStatus::none && budget.is_spent()) plan.status = PlanStatus::best_found;

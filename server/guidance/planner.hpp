@@ -55,7 +55,8 @@ struct FoundOptimum {
 enum class SearchEnd { content, starts, evaluations, caller };
 
 struct SearchLog {
-  int starts = 0, failed_starts = 0, programs_solved = 0, evaluations = 0;
+  int starts = 0, failed_starts = 0, programs_solved = 0;
+  int evaluations = 0;  ///< against the budget; judging and polishing what was found comes on top
   std::vector<FoundOptimum> optima;  ///< ascending in time, the first 16
   SearchEnd ended_by = SearchEnd::content;
 };

@@ -140,7 +140,7 @@ Start start_at(const ManeuverProblem& problem, const ManeuverStarts& starts, con
 std::vector<Start> on_off_starts(const ManeuverProblem& problem, const ManeuverBody& body,
                                  const ManeuverStarts& starts, const ProfileLayout& layout,
                                  const std::vector<ProfileParameter>& given, SearchBudget& budget) {
-  constexpr std::uint64_t kTried = 16;
+  constexpr std::uint64_t kTried = 24;
   constexpr double kLonger = 1.13, kSmaller = 0.95;
   ManeuverProblem switching = problem;
   switching.family = ProfileFamily::on_off;
@@ -172,7 +172,7 @@ std::vector<Start> on_off_starts(const ManeuverProblem& problem, const ManeuverB
         put(layout.first_switch(i) + j, maneuver.switch_times_s[i][j] / maneuver.end_s);
     }
     result.push_back(std::move(start));
-    if (result.size() == 4) break;
+    if (result.size() == 5) break;
   }
   return result;
 }
@@ -231,7 +231,7 @@ bool search_profile(const ManeuverProblem& problem, const ManeuverBody& body, co
       plan.status = is_extremal ? PlanStatus::extremal : PlanStatus::best_found;
     }
     budget.report(plan.log);
-    if (is_best_informed && next >= informed.size() + 1) break;
+    if (is_best_informed && next >= informed.size()) break;
     if (k + 1 >= std::min(options.least_starts, kLeastStarts) && budget.is_content(plan.log)) break;
   }
   if (!has_best) return false;
