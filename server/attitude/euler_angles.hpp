@@ -26,7 +26,7 @@ Vector4<Scalar> euler_parameter_conjugate(const Vector4<Scalar>& q) {
 /// C(q) with C' = -[w x] C: takes components in the frame of reference into body axes. Expects norm 1.
 template <typename Scalar>
 Eigen::Matrix<Scalar, 3, 3> rotation_matrix_of(const Vector4<Scalar>& q) {
-  const Scalar& a = q[0], b = q[1], c = q[2], d = q[3];
+  const Scalar &a = q[0], &b = q[1], &c = q[2], &d = q[3];
   Eigen::Matrix<Scalar, 3, 3> m;
   m << a * a + b * b - c * c - d * d, 2 * (b * c + a * d), 2 * (b * d - a * c),  //
       2 * (b * c - a * d), a * a - b * b + c * c - d * d, 2 * (c * d + a * b),   //

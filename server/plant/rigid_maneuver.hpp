@@ -51,7 +51,7 @@ Vector3<Scalar> external_moment(const RigidManeuverPlant& plant, const Vector4<S
   using std::sin;
   Vector3<Scalar> moment = Vector3<Scalar>::Constant(Scalar(0));
   if (plant.weight) {
-    const Scalar& a = q[0], b = q[1], c = q[2], d = q[3];
+    const Scalar &a = q[0], &b = q[1], &c = q[2], &d = q[3];
     const Vector3<Scalar> vertical(a * a + b * b - c * c - d * d, 2 * (b * c - a * d), 2 * (b * d + a * c));
     const Vector3<Scalar> arm = plant.weight->centre_m.cast<Scalar>();
     const Scalar weight(plant.weight->mass_kg * plant.weight->gravity_m_s2);
