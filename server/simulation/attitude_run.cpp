@@ -16,7 +16,7 @@
 #include "server/simulation/attitude_filters.hpp"
 #include "server/simulation/attitude_loop.hpp"
 #include "server/simulation/attitude_metrics.hpp"
-#include "server/simulation/digest.hpp"
+#include "server/simulation/stepped_run.hpp"
 
 namespace slew {
 namespace {
@@ -34,14 +34,11 @@ constexpr int kChangesAtOneInstant = 256;
 /// What the triggers of the channels look at, and behind them |p|^2.
 using Looks = std::array<double, kMaxThrusters + 1>;
 
-class AttitudeRun final : public Run {
+class AttitudeRun final : public SteppedRun {
  public:
   explicit AttitudeRun(const AttitudeSpecification& specification);
 
-  const ChannelTable& channels() const override { return *columns_; }
   const std::vector<std::string>& event_channels() const override { return *event_channels_; }
-  RunStatus advance(double until_s, std::int64_t max_steps, SampleSink& sink) override;
-  double t_s() const override { return handed_out_s_; }
   double duration_s() const override { return spec().duration_s; }
   RunReport report() const override;
   std::unique_ptr<Run> clone() const override { return std::make_unique<AttitudeRun>(*this); }
@@ -73,7 +70,7 @@ class AttitudeRun final : public Run {
     return [this](double t, const AttitudeState& x, AttitudeState& dx) { loop_->slope(hold_, t, x, dx); };
   }
 
-  void open_step(SampleSink& sink);
+  void open_step(SampleSink& sink) override;
   void change_what_is_due(SampleSink& sink);
   void take_sample(SampleSink& sink);
   [[gnu::flatten]] void ask_law(const AttitudeSight<double>& sight) {
@@ -99,7 +96,7 @@ class AttitudeRun final : public Run {
   bool between_corners(Crossing& crossing, const std::array<double, 5>& guards);
   void land_on(const Crossing& crossing);
   void fly_segment(double limit_s);
-  void close_step();
+  void close_step() override;
   void measure_continuous(double h);
   void measure_segment(double h);
   void measure_held_torque(double h);
@@ -107,14 +104,13 @@ class AttitudeRun final : public Run {
   void exact_state_at(double t_s, double* state) const;
   void filters_at(double t_s, double* state) const;
 
-  void hand_out(double until_s, bool inclusive, SampleSink& sink);
-  void fill_row(double t_s, const AttitudeState& x, std::span<double> state,
-                std::span<double> thrusters) const;
-  void finish(const char* reason, SampleSink& sink);
-  void digest_state();
+  void fill_row(double t_s, std::span<double> state, std::span<double> thrusters) override;
+  void fill_output(double t_s, std::span<double> state, std::span<double> thrusters) override;
+  void fill_row_of(double t_s, const AttitudeState& x, std::span<double> state,
+                   std::span<double> thrusters) const;
+  void digest_state() override;
 
   const std::shared_ptr<const AttitudeLoop> loop_;
-  const std::shared_ptr<const ChannelTable> columns_;
   const std::shared_ptr<const std::vector<std::string>> event_channels_;
   const AttitudeEvents events_;
   const AttitudeState absolute_;
@@ -123,7 +119,6 @@ class AttitudeRun final : public Run {
   const bool valves_differ_from_outputs_;  ///< by delays or faults
   const double fastest_disturbance_rad_s_;
 
-  double t_s_ = 0;
   AttitudeState state_{};
   AttitudeHold hold_;
   std::optional<ThrusterBank> bank_;
@@ -145,8 +140,6 @@ class AttitudeRun final : public Run {
   double next_sample_s_ = kNever;
 
   // The step that is open, from t_s_ to end_s_.
-  bool step_is_open_ = false;
-  double end_s_ = 0;
   std::optional<Crossing> ends_at_;
   mutable DormandPrince<kMaxAttitudeState> integrator_;
   mutable RungeKutta4<kMaxAttitudeState> segment_;
@@ -156,16 +149,7 @@ class AttitudeRun final : public Run {
   bool goes_on_ = false;  ///< nothing has changed since the step before
   double next_length_s_ = 0.01;
 
-  double handed_out_s_ = 0;
-  std::int64_t next_row_ = 0;
-  double last_row_s_ = -1;
-  std::vector<double> state_row_, thruster_row_;
-  std::size_t next_output_ = 0;
-
   AttitudeMetrics metrics_;
-  Digester digester_;
-  RunReport report_;
-  RunStatus status_ = RunStatus::running;
 };
 
 AttitudeState scaled_tolerances(const AttitudeLoop& loop) {
@@ -195,7 +179,6 @@ double absolute_integral(double begin, double end, double h) {
 
 AttitudeRun::AttitudeRun(const AttitudeSpecification& specification)
     : loop_(std::make_shared<const AttitudeLoop>(specification)),
-      columns_(std::make_shared<const ChannelTable>(attitude_channels(*loop_))),
       event_channels_(std::make_shared<const std::vector<std::string>>(attitude_event_channels(*loop_))),
       events_(attitude_events(*loop_)),
       absolute_(scaled_tolerances(*loop_)),
@@ -211,8 +194,6 @@ AttitudeRun::AttitudeRun(const AttitudeSpecification& specification)
       state_(loop_->initial_state()),
       integrator_(loop_->integrated()),
       segment_(loop_->size()),
-      state_row_(columns_->state.size()),
-      thruster_row_(columns_->thrusters.size()),
       metrics_(specification) {
   if (auto thrusters = thrusters_of(spec().actuator); !thrusters.empty())
     bank_.emplace(std::move(thrusters), *propellant_of(spec().actuator), spec().seed);
@@ -225,10 +206,7 @@ AttitudeRun::AttitudeRun(const AttitudeSpecification& specification)
   program_changes_s_ = next_change_s(spec().law, 0);
   reference_changes_s_ = spec().maneuver.reference.next_change_s(0);
   report_.propagator.name = loop_->is_sampled() ? "runge_kutta_4" : "dormand_prince_5_4";
-  report_.events.reserve(kReportedEvents);
-  for (const double t_s : spec().output_times_s)
-    report_.outputs.push_back(
-        {t_s, std::vector<double>(columns_->state.size()), std::vector<double>(columns_->thrusters.size())});
+  lay_out(attitude_channels(*loop_), spec().telemetry_period_s, spec().output_times_s);
   digest_state();
 }
 
@@ -237,36 +215,13 @@ void AttitudeRun::digest_state() {
   for (std::size_t i = 0; i < loop_->size(); ++i) digester_.real(state_[i]);
 }
 
-RunStatus AttitudeRun::advance(double until_s, std::int64_t max_steps, SampleSink& sink) {
-  while (status_ == RunStatus::running) {
-    if (!step_is_open_) open_step(sink);
-    if (status_ != RunStatus::running) break;
-    hand_out(std::min(until_s, end_s_), false, sink);
-    if (end_s_ > until_s) {
-      handed_out_s_ = std::max(handed_out_s_, until_s);
-      return status_;
-    }
-    if (max_steps-- <= 0) {
-      handed_out_s_ = std::max(handed_out_s_, t_s_);
-      return status_;
-    }
-    close_step();
-  }
-  return status_;
-}
-
 void AttitudeRun::fail(const char* code, const char* sentence) {
   report_.failure = RunFailure{code, sentence};
   status_ = RunStatus::failed;
 }
 
 void AttitudeRun::event(std::uint32_t channel, int mode, SampleSink& sink) {
-  const SwitchEvent event{t_s_, channel, mode};
-  digester_.event(event);
-  sink.event(event);
-  ++report_.events_total;
-  ++report_.propagator.events;
-  if (report_.events.size() < kReportedEvents) report_.events.push_back(event);
+  note(channel, mode, sink);
   goes_on_ = false;
   if (++changes_at_this_instant_ > kChangesAtOneInstant)
     fail("event_cascade", "more changes at one instant than a loop that makes sense can have");
@@ -842,8 +797,20 @@ void AttitudeRun::exact_state_at(double t_s, double* state) const {
   filters_at(t_s, state);
 }
 
-void AttitudeRun::fill_row(double t_s, const AttitudeState& x, std::span<double> state,
-                           std::span<double> thrusters) const {
+void AttitudeRun::fill_row(double t_s, std::span<double> state, std::span<double> thrusters) {
+  AttitudeState x;
+  state_at(t_s, x.data());
+  fill_row_of(t_s, x, state, thrusters);
+}
+
+void AttitudeRun::fill_output(double t_s, std::span<double> state, std::span<double> thrusters) {
+  AttitudeState x;
+  exact_state_at(t_s, x.data());
+  fill_row_of(t_s, x, state, thrusters);
+}
+
+void AttitudeRun::fill_row_of(double t_s, const AttitudeState& x, std::span<double> state,
+                              std::span<double> thrusters) const {
   AttitudeDemand now;
   if (!loop_->is_sampled()) now = loop_->demand(hold_, t_s, x.data());
   const AttitudeDemand& demand = loop_->is_sampled() ? held_ : now;
@@ -874,51 +841,12 @@ void AttitudeRun::fill_row(double t_s, const AttitudeState& x, std::span<double>
   }
 }
 
-// A sample at the end of a step belongs to the next one.
-void AttitudeRun::hand_out(double until_s, bool inclusive, SampleSink& sink) {
-  const auto is_in_reach = [&](double t_s) {
-    return t_s <= until_s && (t_s < end_s_ || (inclusive && t_s <= end_s_));
-  };
-  AttitudeState x;
-  for (double t_s = static_cast<double>(next_row_) * spec().telemetry_period_s; is_in_reach(t_s);
-       t_s = static_cast<double>(++next_row_) * spec().telemetry_period_s) {
-    state_at(t_s, x.data());
-    fill_row(t_s, x, state_row_, thruster_row_);
-    sink.sample(t_s, state_row_, thruster_row_);
-    last_row_s_ = t_s;
-  }
-  for (; next_output_ < report_.outputs.size() && is_in_reach(report_.outputs[next_output_].t_s);
-       ++next_output_) {
-    OutputRow& output = report_.outputs[next_output_];
-    exact_state_at(output.t_s, x.data());
-    fill_row(output.t_s, x, output.state, output.thrusters);
-  }
-}
-
-void AttitudeRun::finish(const char* reason, SampleSink& sink) {
-  end_s_ = t_s_;
-  hand_out(t_s_, true, sink);
-  if (last_row_s_ < t_s_) {
-    fill_row(t_s_, state_, state_row_, thruster_row_);
-    sink.sample(t_s_, state_row_, thruster_row_);
-  }
-  if (next_output_ < report_.outputs.size()) {
-    report_.warnings.push_back(std::to_string(report_.outputs.size() - next_output_) +
-                               " of the times in outputs.at_s lie after the end of the run and are left out");
-    report_.outputs.resize(next_output_);
-  }
-  digest_state();
-  handed_out_s_ = t_s_;
-  report_.stop_reason = reason;
-  status_ = RunStatus::finished;
-}
-
 RunReport AttitudeRun::report() const {
   RunReport report = report_;
-  std::vector<double> thrusters(columns_->thrusters.size());
+  std::vector<double> thrusters(channels().thrusters.size());
   report.metrics = metrics_.finish(t_s_, loop_->mrp_of(state_.data()), loop_->rate_of(state_.data()));
-  report.metrics.final_state.resize(columns_->state.size());
-  fill_row(t_s_, state_, report.metrics.final_state, thrusters);
+  report.metrics.final_state.resize(channels().state.size());
+  fill_row_of(t_s_, state_, report.metrics.final_state, thrusters);
   if (bank_) add_thrusters(*bank_, propellant_of(spec().actuator)->gas_density_kg_m3, t_s_, report.metrics);
   report.digest = digester_.digest();
   return report;

@@ -12,7 +12,7 @@
 #include "server/simulation/axis_channels.hpp"
 #include "server/simulation/axis_dynamics.hpp"
 #include "server/simulation/axis_metrics.hpp"
-#include "server/simulation/digest.hpp"
+#include "server/simulation/stepped_run.hpp"
 
 namespace slew {
 namespace {
@@ -67,17 +67,14 @@ Eigen::RowVectorXd torque_row(const ControlLoop& loop, std::size_t size) {
   return row;
 }
 
-class LinearAxisRun final : public Run {
+class LinearAxisRun final : public SteppedRun {
  public:
   explicit LinearAxisRun(const LinearAxisSpecification& specification);
 
-  const ChannelTable& channels() const override { return channels_; }
   const std::vector<std::string>& event_channels() const override {
     static const std::vector<std::string> none;
     return none;
   }
-  RunStatus advance(double until_s, std::int64_t max_steps, SampleSink& sink) override;
-  double t_s() const override { return handed_out_s_; }
   double duration_s() const override { return spec_->duration_s; }
   RunReport report() const override;
   std::unique_ptr<Run> clone() const override { return std::make_unique<LinearAxisRun>(*this); }
@@ -90,22 +87,19 @@ class LinearAxisRun final : public Run {
     int torque_sign, rate_sign;
   };
 
-  void open_step(SampleSink& sink);
-  void close_step();
+  void open_step(SampleSink& sink) override;
+  void close_step() override;
   Part part_from(double from, double h) const;
   std::optional<double> first_rest(double h) const;
-  void hand_out(double until_s, bool inclusive, SampleSink& sink);
-  void fill_row(double tau, std::span<double> state, std::span<double> thrusters);
+  void fill_row(double t_s, std::span<double> state, std::span<double> thrusters) override;
   void finish(const char* reason, SampleSink& sink);
-  void digest_state();
+  void digest_state() override;
 
   const std::shared_ptr<const LinearAxisSpecification> spec_;
   const ControlLoop loop_;
-  const ChannelTable channels_;
   const int direction_;
   const Eigen::RowVectorXd torque_row_;  ///< of the whole state
 
-  double t_s_ = 0;
   TaylorArc arc_;
   double constant_N_m_ = 0;  ///< of the disturbances
   std::size_t next_disturbance_ = 0;
@@ -114,45 +108,31 @@ class LinearAxisRun final : public Run {
   std::int64_t counted_ = 0;
 
   // The step that is open, from t_s_ to end_s_: error, rate and torque on it.
-  bool step_is_open_ = false;
-  double end_s_ = 0;
   bool is_at_rest_ = false;  ///< ends at the rest that stops the run
   TaylorMotion motion_;
   TaylorPolynomial torque_;
   bool is_still_ = false;     ///< the rate is rounding throughout
   double largest_rad_s_ = 0;  ///< what the rate was made of so far
 
-  double handed_out_s_ = 0;
-  std::int64_t next_row_ = 0;
-  double last_row_s_ = -1;
-  std::vector<double> state_row_, thruster_row_;
-  std::size_t next_output_ = 0;
   std::vector<double> whole_;  ///< scratch for a state
 
   AxisMetrics metrics_;
-  Digester digester_;
-  RunReport report_;
-  RunStatus status_ = RunStatus::running;
 };
 
 LinearAxisRun::LinearAxisRun(const LinearAxisSpecification& specification)
     : spec_(std::make_shared<const LinearAxisSpecification>(specification)),
       loop_(control_loop(*spec_)),
-      channels_(linear_axis_channels(spec_->plant.modes.size(), spec_->estimator,
-                                     std::holds_alternative<LeadCompensation>(spec_->feedback.law))),
       direction_(slew_direction(specification.maneuver)),
       torque_row_(torque_row(
           loop_, static_cast<std::size_t>(loop_.size()) + 2 * spec_->disturbances.sinusoids.size())),
       arc_(disturbed(loop_, spec_->disturbances), start(loop_, *spec_)),
       constant_N_m_(specification.disturbances.constant_N_m),
-      state_row_(channels_.state.size()),
-      thruster_row_(channels_.thrusters.size()),
       whole_(static_cast<std::size_t>(torque_row_.size())),
       metrics_(with_error_as_angle(specification), direction_) {
   report_.propagator.name = "power_series";
-  for (const double t_s : spec_->output_times_s)
-    report_.outputs.push_back(
-        {t_s, std::vector<double>(channels_.state.size()), std::vector<double>(channels_.thrusters.size())});
+  lay_out(linear_axis_channels(spec_->plant.modes.size(), spec_->estimator,
+                               std::holds_alternative<LeadCompensation>(spec_->feedback.law)),
+          spec_->telemetry_period_s, spec_->output_times_s);
   arc_.expand(0);
   digest_state();
 }
@@ -161,24 +141,6 @@ void LinearAxisRun::digest_state() {
   arc_.state_at(0, whole_);
   digester_.real(t_s_);
   for (const double value : whole_) digester_.real(value);
-}
-
-RunStatus LinearAxisRun::advance(double until_s, std::int64_t max_steps, SampleSink& sink) {
-  while (status_ == RunStatus::running) {
-    if (!step_is_open_) open_step(sink);
-    if (status_ != RunStatus::running) break;
-    hand_out(std::min(until_s, end_s_), false, sink);
-    if (end_s_ > until_s) {
-      handed_out_s_ = std::max(handed_out_s_, until_s);
-      return status_;
-    }
-    if (max_steps-- <= 0) {
-      handed_out_s_ = std::max(handed_out_s_, t_s_);
-      return status_;
-    }
-    close_step();
-  }
-  return status_;
 }
 
 void LinearAxisRun::open_step(SampleSink& sink) {
@@ -266,8 +228,8 @@ void LinearAxisRun::close_step() {
   step_is_open_ = false;
 }
 
-void LinearAxisRun::fill_row(double tau, std::span<double> state, std::span<double> thrusters) {
-  arc_.state_at(tau, whole_);
+void LinearAxisRun::fill_row(double t_s, std::span<double> state, std::span<double> thrusters) {
+  arc_.state_at(t_s - t_s_, whole_);
   const std::size_t n = spec_->plant.modes.size();
   const std::span<const double> moving = std::span(whole_).first(2 + 2 * n);
   const std::span<const double> inside =
@@ -289,48 +251,16 @@ void LinearAxisRun::fill_row(double tau, std::span<double> state, std::span<doub
   thrusters[0] = torque;
 }
 
-// A sample at the end of a step belongs to the next one.
-void LinearAxisRun::hand_out(double until_s, bool inclusive, SampleSink& sink) {
-  const auto is_in_reach = [&](double t_s) {
-    return t_s <= until_s && (t_s < end_s_ || (inclusive && t_s <= end_s_));
-  };
-  for (double t_s = static_cast<double>(next_row_) * spec_->telemetry_period_s; is_in_reach(t_s);
-       t_s = static_cast<double>(++next_row_) * spec_->telemetry_period_s) {
-    fill_row(t_s - t_s_, state_row_, thruster_row_);
-    sink.sample(t_s, state_row_, thruster_row_);
-    last_row_s_ = t_s;
-  }
-  for (; next_output_ < report_.outputs.size() && is_in_reach(report_.outputs[next_output_].t_s);
-       ++next_output_) {
-    OutputRow& output = report_.outputs[next_output_];
-    fill_row(output.t_s - t_s_, output.state, output.thrusters);
-  }
-}
-
 void LinearAxisRun::finish(const char* reason, SampleSink& sink) {
   arc_.expand(constant_N_m_);
-  end_s_ = t_s_;
-  hand_out(t_s_, true, sink);
-  if (last_row_s_ < t_s_) {
-    fill_row(0, state_row_, thruster_row_);
-    sink.sample(t_s_, state_row_, thruster_row_);
-  }
-  if (next_output_ < report_.outputs.size()) {
-    report_.warnings.push_back(std::to_string(report_.outputs.size() - next_output_) +
-                               " of the times in outputs.at_s lie after the end of the run and are left out");
-    report_.outputs.resize(next_output_);
-  }
-  digest_state();
-  handed_out_s_ = t_s_;
-  report_.stop_reason = reason;
-  status_ = RunStatus::finished;
+  SteppedRun::finish(reason, sink);
 }
 
 RunReport LinearAxisRun::report() const {
   RunReport report = report_;
-  std::vector<double> state(channels_.state.size()), thrusters(channels_.thrusters.size());
+  std::vector<double> state(channels().state.size()), thrusters(channels().thrusters.size());
   // A copy, since a row needs room to be made in.
-  LinearAxisRun(*this).fill_row(0, state, thrusters);
+  LinearAxisRun(*this).fill_row(t_s_, state, thrusters);
   report.metrics = metrics_.finish(t_s_, state[2], state[1]);
   report.metrics.final_state = std::move(state);
   report.digest = digester_.digest();

@@ -12,7 +12,7 @@
 #include "server/simulation/axis_channels.hpp"
 #include "server/simulation/axis_dynamics.hpp"
 #include "server/simulation/axis_metrics.hpp"
-#include "server/simulation/digest.hpp"
+#include "server/simulation/stepped_run.hpp"
 
 namespace slew {
 
@@ -37,14 +37,11 @@ constexpr double kRounding = 1e-14;
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 template <typename Dynamics>
-class OnOffAxisRun final : public Run {
+class OnOffAxisRun final : public SteppedRun {
  public:
   explicit OnOffAxisRun(const OnOffAxisSpecification& specification);
 
-  const ChannelTable& channels() const override { return channels_; }
   const std::vector<std::string>& event_channels() const override { return axis_event_channels(); }
-  RunStatus advance(double until_s, std::int64_t max_steps, SampleSink& sink) override;
-  double t_s() const override { return handed_out_s_; }
   double duration_s() const override { return spec_->duration_s; }
   RunReport report() const override;
   std::unique_ptr<Run> clone() const override { return std::make_unique<OnOffAxisRun>(*this); }
@@ -83,7 +80,6 @@ class OnOffAxisRun final : public Run {
   void command(int u, SampleSink& sink);
   void fire(int u, SampleSink& sink);
   void enter_box(bool inside, SampleSink& sink);
-  void note(std::uint32_t channel, std::int32_t mode, SampleSink& sink);
   // Edges, friction.
   Edge edge_between(SwitchingSide one, SwitchingSide other) const;
   void settle_on(const Edge& edge, SampleSink& sink);
@@ -95,18 +91,17 @@ class OnOffAxisRun final : public Run {
   double rest_rounding_rad_s(Reason ended) const;
   std::pair<double, double> supply(Contact contact) const;
   // 3: how far the arc goes.
-  void open_step(SampleSink& sink);
+  void open_step(SampleSink& sink) override;
   void look_for_timers();
   void open_free_arc(Reason ended, bool stops_at_rest, SampleSink& sink);
   void open_held_arc();
-  void close_step();
+  void close_step() override;
   void look_for(Reason reason, double tau) { look_for_time(reason, t_s_ + tau); }
   void look_for_time(Reason reason, double at_s);
   // 4: what lies on the arc.
-  void hand_out(double until_s, bool inclusive, SampleSink& sink);
   AxisOnTimes on_times(double tau) const;
   AxisFiring firing_at(double tau) const;
-  void fill_row(double t_s, std::span<double> state, std::span<double> thrusters);
+  void fill_row(double t_s, std::span<double> state, std::span<double> thrusters) override;
   void finish(const char* reason, SampleSink& sink);
 
   bool is_sampled() const { return spec_->evaluation == Evaluation::sampled; }
@@ -125,17 +120,15 @@ class OnOffAxisRun final : public Run {
   double friction() const { return spec_->disturbances.friction_N_m; }
   bool is_in_end_box() const { return law_.in_end_box(angle(), rate()); }
   SwitchingSide side_now() const { return law_.side(law_.value(angle(), rate()), side_); }
-  void digest_state();
+  void digest_state() override;
 
   const std::shared_ptr<const OnOffAxisSpecification> spec_;  // shared with copies, and with the dynamics
   Dynamics dynamics_;
-  const ChannelTable channels_;
   const int direction_;
   const SwitchingFunction law_;
   const double hold_rounding_s_;
 
-  // Time, and the state x: the beginning of the arc, or of the path the hub is held on.
-  double t_s_ = 0;
+  // The state x: the beginning of the arc, or of the path the hub is held on.
   typename Dynamics::Arc arc_;
   ConstrainedArc held_;
 
@@ -157,50 +150,32 @@ class OnOffAxisRun final : public Run {
   int sense_ = 0;  ///< of the motion that friction is against; 0: not moving
 
   // The step that is open: its arc runs from t_s_ to end_s_.
-  bool step_is_open_ = false;
-  double end_s_ = 0;
   Reason reason_ = Reason::duration;
   SwitchingSide entered_ = SwitchingSide::inside;
   int excess_ = 0;
   int cascade_ = 0;
 
-  // What has been handed out.
-  double handed_out_s_ = 0;
-  std::int64_t next_row_ = 0;
-  double last_row_s_ = -1;
-  std::vector<double> state_row_, thruster_row_;
-  std::size_t next_output_ = 0;
-
   AxisMetrics metrics_;
   AxisOnTimes on_;
-  Digester digester_;
-  RunReport report_;
-  RunStatus status_ = RunStatus::running;
 };
 
 template <typename Dynamics>
 OnOffAxisRun<Dynamics>::OnOffAxisRun(const OnOffAxisSpecification& specification)
     : spec_(std::make_shared<const OnOffAxisSpecification>(specification)),
       dynamics_(*spec_),
-      channels_(axis_channels(dynamics_.modes())),
       direction_(slew_direction(specification.maneuver)),
       law_(specification.law, specification.maneuver.final_angle_rad, direction_),
       hold_rounding_s_(is_sampled() ? 1e-9 * specification.sample_period_s : 0),
       arc_(dynamics_.start()),
       held_(spec_->plant, spec_->disturbances.sinusoids),
       constant_N_m_(specification.disturbances.constant_N_m),
-      state_row_(channels_.state.size()),
-      thruster_row_(channels_.thrusters.size()),
       metrics_(specification, direction_) {
   assert(spec_->evaluation != Evaluation::continuous || spec_->actuator.minimum_on_time_s > 0 ||
          spec_->actuator.switching_delay_s > 0 || law_.has_hysteresis());
   report_.propagator.name = spec_->plant.modes.empty() && spec_->disturbances.sinusoids.empty()
                                 ? "closed_form_arcs"
                                 : "closed_form_modes";
-  report_.events.reserve(kReportedEvents);
-  for (const double t_s : spec_->output_times_s)
-    report_.outputs.push_back(
-        {t_s, std::vector<double>(channels_.state.size()), std::vector<double>(channels_.thrusters.size())});
+  lay_out(axis_channels(dynamics_.modes()), spec_->telemetry_period_s, spec_->output_times_s);
   digest_state();
 }
 
@@ -212,36 +187,7 @@ void OnOffAxisRun<Dynamics>::digest_state() {
   is_held() ? dynamics_.digest(held_, digester_) : dynamics_.digest(arc_, digester_);
 }
 
-template <typename Dynamics>
-RunStatus OnOffAxisRun<Dynamics>::advance(double until_s, std::int64_t max_steps, SampleSink& sink) {
-  while (status_ == RunStatus::running) {
-    if (!step_is_open_) open_step(sink);
-    if (status_ != RunStatus::running) break;
-    hand_out(std::min(until_s, end_s_), false, sink);
-    if (end_s_ > until_s) {
-      handed_out_s_ = std::max(handed_out_s_, until_s);
-      return status_;
-    }
-    if (max_steps-- <= 0) {
-      handed_out_s_ = std::max(handed_out_s_, t_s_);
-      return status_;
-    }
-    close_step();
-  }
-  return status_;
-}
-
 // ---- 1 and 2: timers that are due, guards that hold
-
-template <typename Dynamics>
-void OnOffAxisRun<Dynamics>::note(std::uint32_t channel, std::int32_t mode, SampleSink& sink) {
-  const SwitchEvent event{t_s_, channel, mode};
-  digester_.event(event);
-  if (report_.events.size() < kReportedEvents) report_.events.push_back(event);
-  ++report_.events_total;
-  ++report_.propagator.events;
-  sink.event(event);
-}
 
 template <typename Dynamics>
 void OnOffAxisRun<Dynamics>::command(int u, SampleSink& sink) {
@@ -723,44 +669,11 @@ AxisFiring OnOffAxisRun<Dynamics>::firing_at(double tau) const {
   return {torque, std::max(0.0, net), std::max(0.0, -net)};
 }
 
-// A sample at the end of a step belongs to the next one: it shows the state after the switching.
-template <typename Dynamics>
-void OnOffAxisRun<Dynamics>::hand_out(double until_s, bool inclusive, SampleSink& sink) {
-  const auto is_in_reach = [&](double t_s) {
-    return t_s <= until_s && (t_s < end_s_ || (inclusive && t_s <= end_s_));
-  };
-  for (double t_s = static_cast<double>(next_row_) * spec_->telemetry_period_s; is_in_reach(t_s);
-       t_s = static_cast<double>(++next_row_) * spec_->telemetry_period_s) {
-    fill_row(t_s, state_row_, thruster_row_);
-    sink.sample(t_s, state_row_, thruster_row_);
-    last_row_s_ = t_s;
-  }
-  for (; next_output_ < report_.outputs.size() && is_in_reach(report_.outputs[next_output_].t_s);
-       ++next_output_) {
-    OutputRow& output = report_.outputs[next_output_];
-    fill_row(output.t_s, output.state, output.thrusters);
-  }
-}
-
 template <typename Dynamics>
 void OnOffAxisRun<Dynamics>::finish(const char* reason, SampleSink& sink) {
   if (spec_->stop == StopCondition::end_box && in_box_) fire(0, sink);
   if (!is_held()) dynamics_.push(arc_, thrust(u_) + constant_N_m_ - friction() * sense_);
-  end_s_ = t_s_;
-  hand_out(t_s_, true, sink);
-  if (last_row_s_ < t_s_) {
-    fill_row(t_s_, state_row_, thruster_row_);
-    sink.sample(t_s_, state_row_, thruster_row_);
-  }
-  if (next_output_ < report_.outputs.size()) {
-    report_.warnings.push_back(std::to_string(report_.outputs.size() - next_output_) +
-                               " of the times in outputs.at_s lie after the end of the run and are left out");
-    report_.outputs.resize(next_output_);
-  }
-  digest_state();
-  handed_out_s_ = t_s_;
-  report_.stop_reason = reason;
-  status_ = RunStatus::finished;
+  SteppedRun::finish(reason, sink);
 }
 
 template <typename Dynamics>
@@ -769,7 +682,7 @@ RunReport OnOffAxisRun<Dynamics>::report() const {
   report.metrics = metrics_.finish(t_s_, angle(), rate());
   // A copy, since a row needs room to be made in.
   OnOffAxisRun copy = *this;
-  std::vector<double> state(channels_.state.size()), thrusters(channels_.thrusters.size());
+  std::vector<double> state(channels().state.size()), thrusters(channels().thrusters.size());
   copy.fill_row(t_s_, state, thrusters);
   report.metrics.final_state = std::move(state);
   report.digest = digester_.digest();
