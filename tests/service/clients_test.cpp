@@ -50,7 +50,7 @@ json digest_of(const json& result) {
 }
 
 TEST(Clients, ExplainThemselves) {
-  for (const char* program : {"requester", "recorder", "stalling_subscriber", "garbage_writer"}) {
+  for (const char* program : {"requester", "recorder", "stalling_subscriber", "garbage_writer", "census"}) {
     const std::string path = std::string(SLEW_CLIENTS) + "/" + program;
     const Finished help = run({path, "--help"});
     EXPECT_EQ(help.exit_code, 0) << program;
