@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
@@ -19,6 +20,8 @@ namespace {
 // Exit codes, as sysexits would have them for a service.
 constexpr int kBadUsage = 2;
 constexpr int kCannotServe = 1;
+// After the drain: telemetry and results that are still on their way.
+constexpr double kLastWords_s = 20;
 
 std::filesystem::path default_state_directory() {
   if (const char* directory = std::getenv("STATE_DIRECTORY")) return directory;  // given by systemd
@@ -75,6 +78,10 @@ int serve(int argc, char** argv) {
   app.add_option("--keep-gib", options.keep_gib, "GiB of series that are kept; the oldest make room")
       ->check(CLI::Range(0.0, 1e6))
       ->capture_default_str();
+  app.add_option("--sample-memory", options.sample_memory_mib,
+                 "MiB for the samples of experiments that are not archived yet")
+      ->check(CLI::Range(1, 1 << 20))
+      ->capture_default_str();
   app.add_option("--metrics-port", options.metrics_port,
                  "serve Prometheus metrics on this port of 127.0.0.1; 0: do not")
       ->check(CLI::Range(0, 65535))
@@ -105,15 +112,22 @@ int serve(int argc, char** argv) {
   int signal_number = 0;
   sigwait(&signals, &signal_number);
   spdlog::info("{} received", strsignal(signal_number));
-  // A second signal does not wait for the drain.
-  std::thread impatience([signals] {
+  // A second signal does not wait for the drain; and nothing, be it a disk or a step, makes it last for ever.
+  std::thread impatience([signals, longest_s = options.drain_s + kLastWords_s] {
+    const timespec longest{static_cast<time_t>(longest_s), 0};
     int second = 0;
-    sigwait(&signals, &second);
+    do second = sigtimedwait(&signals, nullptr, &longest);
+    while (second < 0 && errno == EINTR);  // somebody stopped the process and let it go on
+    if (second < 0)
+      std::fputs(
+          "slewd: the drain did not come to its end in time; what is owed is made up for at the next start\n",
+          stderr);
     std::_Exit(kCannotServe);
   });
   impatience.detach();
-  server.drain();
-  return 0;
+  if (server.drain()) return 0;
+  // Whoever is in a step now cannot be waited for.
+  std::_Exit(kCannotServe);
 }
 
 }  // namespace

@@ -31,6 +31,11 @@ class Descriptor {
 
 void write_durably(const std::filesystem::path& path, const std::vector<char>& bytes) {
   const std::string temporary = path.string() + ".tmp";
+  // What a full disk did not take whole would go on filling it.
+  struct Leftover {
+    const std::string& path;
+    ~Leftover() { ::unlink(path.c_str()); }
+  } const leftover{temporary};
   {
     const Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0640));
     if (file.get() < 0) fail("the archive could not be written");

@@ -17,24 +17,36 @@ constexpr int kNice = 5;
 
 }  // namespace
 
-AsFastLane::AsFastLane(std::size_t workers, NextStage& next, std::function<bool()> may_start)
+AsFastLane::AsFastLane(std::size_t workers, NextStage& next, BlackBox& black_box,
+                       std::function<bool()> may_start)
     : next_(next), may_start_(std::move(may_start)) {
   for (std::size_t i = 0; i < workers; ++i)
-    workers_.emplace_back([this, i] {
+    workers_.emplace_back([this, i, seat = black_box.seat()] {
       name_this_thread("worker-" + std::to_string(i));
       // Intake, publisher and DDS come first; this work takes what is left.
       setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
-      work();
+      work(seat);
     });
 }
 
 AsFastLane::~AsFastLane() {
+  stop();
+  for (auto& worker : workers_) worker.join();
+}
+
+void AsFastLane::stop() {
   {
     const std::lock_guard lock(mutex_);
     stopping_ = true;
   }
   wake_.notify_all();
-  for (auto& worker : workers_) worker.join();
+}
+
+std::size_t AsFastLane::in_slice() const {
+  const std::lock_guard lock(mutex_);
+  std::size_t total = 0;
+  for (const auto& [client, share] : shares_) total += share.in_slice;
+  return total;
 }
 
 void AsFastLane::submit(FlightPointer flight) {
@@ -115,7 +127,7 @@ FlightPointer AsFastLane::take_turn() {
   return nullptr;
 }
 
-void AsFastLane::work() {
+void AsFastLane::work(const BlackBox::Seat& seat) {
   std::unique_lock lock(mutex_);
   while (!stopping_) {
     FlightPointer flight = take_turn();
@@ -124,9 +136,11 @@ void AsFastLane::work() {
       continue;
     }
     lock.unlock();
+    seat.take(flight->entry().experiment_id);
     SliceEnd end = begin_slice(flight, next_);
     if (end == SliceEnd::goes_on)
       end = flight->fly(std::numeric_limits<double>::infinity(), Monotonic::now() + kSlice);
+    seat.leave();
     const std::string client = flight->entry().client_id;
     if (end == SliceEnd::over) next_.over(flight);
     lock.lock();

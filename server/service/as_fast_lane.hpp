@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "server/service/black_box.hpp"
 #include "server/service/flight.hpp"
 
 namespace slew::service {
@@ -19,7 +20,7 @@ namespace slew::service {
 class AsFastLane {
  public:
   /// `may_start` is asked before a new flight is begun; while it says no, only flights already begun go on.
-  AsFastLane(std::size_t workers, NextStage& next, std::function<bool()> may_start);
+  AsFastLane(std::size_t workers, NextStage& next, BlackBox& black_box, std::function<bool()> may_start);
   /// Stops after the slices under way; what is unfinished stays as it is.
   ~AsFastLane();
 
@@ -29,6 +30,10 @@ class AsFastLane {
   void expedite(const FlightPointer& flight);
   /// Looks again whether new flights may start.
   void recheck();
+  /// No slice is begun any more.
+  void stop();
+  /// Slices that have not come to their end.
+  std::size_t in_slice() const;
 
   std::size_t waiting() const;
   std::size_t under_way() const;
@@ -41,7 +46,7 @@ class AsFastLane {
     std::size_t in_slice = 0;
   };
 
-  void work();
+  void work(const BlackBox::Seat& seat);
   FlightPointer take_turn();
 
   NextStage& next_;

@@ -13,6 +13,7 @@ namespace {
 constexpr std::size_t kThreads = 2;
 // Between two offers to a disk that refuses.
 constexpr auto kPatience = std::chrono::milliseconds(200);
+constexpr const char* kLeftInAStep = "the server went down while a step went on; what was recorded is lost";
 
 nlohmann::json lateness_document(const Flight& flight) {
   if (!flight.is_paced()) return nullptr;
@@ -23,6 +24,23 @@ nlohmann::json lateness_document(const Flight& flight) {
       {"slices", lateness.count()}, {"p50_s", lateness.quantile_s(0.5)}, {"p99_s", lateness.quantile_s(0.99)},
       {"max_s", lateness.max_s()},  {"overruns", flight.overruns()},     {"oversleeps", flight.oversleeps()},
       {"histogram", bins}};
+}
+
+ResultHeading heading_of(const JournalEntry& entry, std::optional<RunFailure> failure,
+                         std::vector<std::string> warnings) {
+  return {.experiment_id = entry.experiment_id.hex(),
+          .request_id = entry.request_id.hex(),
+          .phase = std::string(wire::phase_name(entry.phase)),
+          .failure = std::move(failure),
+          .warnings = std::move(warnings)};
+}
+
+// `run` is null where there is none, or where it is somebody else's.
+std::string text_of_result(const ResultHeading& heading, const Flight& flight, const Run* run) {
+  nlohmann::json result = result_document(heading, flight.prepared(), run,
+                                          run ? flight.verification() : std::optional<Verification>());
+  result["provenance"]["lateness"] = lateness_document(flight);
+  return result.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace
@@ -105,17 +123,34 @@ JournalEntry Finisher::write_up(const FlightPointer& flight) {
       warnings.push_back(std::string("the series could not be archived: ") + error.what());
     }
   }
-  const ResultHeading heading{
-      .experiment_id = entry.experiment_id.hex(),
-      .request_id = entry.request_id.hex(),
-      .phase = std::string(wire::phase_name(entry.phase)),
-      .failure = entry.phase == slew_v1_FAILED ? std::optional(flight->failure()) : std::nullopt,
-      .warnings = std::move(warnings)};
-  nlohmann::json result = result_document(
-      heading, flight->prepared(), flight->has_run() ? &flight->run() : nullptr, flight->verification());
-  result["provenance"]["lateness"] = lateness_document(*flight);
-  entry.result = result.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  const auto failure = entry.phase == slew_v1_FAILED ? std::optional(flight->failure()) : std::nullopt;
+  try {
+    entry.result = text_of_result(heading_of(entry, failure, warnings), *flight,
+                                  flight->has_run() ? &flight->run() : nullptr);
+  } catch (const std::exception& error) {
+    // One result that cannot be made must not take all the others along.
+    spdlog::error("[{}] no result: {}", entry.experiment_id.hex(), error.what());
+    const RunFailure no_result{"no_result", std::string("the result could not be written: ") + error.what()};
+    flight->end(slew_v1_FAILED, no_result);
+    entry.phase = slew_v1_FAILED;
+    entry.result = text_of_result(heading_of(entry, no_result, warnings), *flight, nullptr);
+  }
   return entry;
+}
+
+void Finisher::write_off(const FlightPointer& flight, std::function<void()> committed) {
+  JournalEntry entry = flight->entry();
+  entry.phase = slew_v1_INTERRUPTED;
+  entry.started_unix_ns = flight->started_unix_ns();
+  entry.ended_unix_ns = unix_ns();
+  entry.t_sim_s = flight->t_sim_s();
+  entry.result = text_of_result(heading_of(entry, std::nullopt, {kLeftInAStep}), *flight, nullptr);
+  journal_.finish(std::move(entry), [committed = std::move(committed)](const std::string& error) {
+    if (error.empty())
+      committed();
+    else
+      spdlog::error("an experiment that was left in a step could not be written off: {}", error);
+  });
 }
 
 // The end is owed: when the disk refuses it, it is offered again until it is taken.

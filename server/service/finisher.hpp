@@ -23,6 +23,9 @@ class Finisher {
   ~Finisher();
 
   void take(FlightPointer flight);
+  /// Ends as interrupted, in the journal only, a flight that its lane does not let go of; `committed` is
+  /// called once that is durable.
+  void write_off(const FlightPointer& flight, std::function<void()> committed);
   /// Flights given and not yet committed.
   std::size_t backlog() const { return backlog_.load(std::memory_order_relaxed); }
   /// Waits until nothing is owed, at most this long.

@@ -18,6 +18,8 @@ constexpr double kCostWall_s = 1;
 // Between two looks at the wall clock: about 100 us of a cheap plant.
 constexpr std::int64_t kStepsPerLook = 1000;
 
+constexpr const char* kOutOfMemory = "out_of_memory";
+
 // What is only the journal's: a flight that queries look at must not change under them when it ends.
 JournalEntry without_texts(JournalEntry entry) {
   entry.request = {};
@@ -100,9 +102,10 @@ class Flight::Sink final : public SampleSink {
   bool last_is_published_ = true;
 };
 
-Flight::Flight(JournalEntry entry, Prepared prepared)
+Flight::Flight(JournalEntry entry, Prepared prepared, SampleBudget* budget)
     : entry_(without_texts(std::move(entry))),
       prepared_(std::move(prepared)),
+      budget_(budget),
       is_paced_(prepared_.timing.mode != TimingMode::as_fast_as_possible) {
   if (is_paced()) rate_ = prepared_.timing.rate;
   anchor_.rate = prepared_.timing.rate;
@@ -154,9 +157,12 @@ SliceEnd Flight::begin() try {
   const std::size_t needed = std::max(kSmallestRing_rows, rows) * (width + 1) * sizeof(double);
   ring_ = std::make_unique<SampleRing>(
       width, is_lossless() ? kLargestRing_bytes : std::min(needed, kLargestRing_bytes));
-  store_ = std::make_unique<SampleStore>(width);
+  store_ = std::make_unique<SampleStore>(width, budget_);
   sink_ = std::make_unique<Sink>(*this);
   return SliceEnd::goes_on;
+} catch (const std::bad_alloc&) {
+  end(slew_v1_FAILED, {kOutOfMemory, "there was no memory left to begin this experiment"});
+  return SliceEnd::over;
 } catch (const std::exception& error) {
   end(slew_v1_FAILED, {"not_built", error.what()});
   return SliceEnd::over;
@@ -292,8 +298,11 @@ SliceEnd Flight::fly(double until_s, Monotonic::time_point yield_at) try {
     return SliceEnd::goes_on;
   }
   return SliceEnd::over;
+} catch (const SampleBudgetSpent& spent) {
+  end(slew_v1_FAILED, {kOutOfMemory, spent.what()});
+  return SliceEnd::over;
 } catch (const std::bad_alloc&) {
-  end(slew_v1_FAILED, {"out_of_memory", "there was no memory left for this experiment"});
+  end(slew_v1_FAILED, {kOutOfMemory, "there was no memory left for this experiment"});
   return SliceEnd::over;
 } catch (const std::exception& error) {
   end(slew_v1_FAILED, {"internal", error.what()});

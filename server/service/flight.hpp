@@ -48,8 +48,9 @@ struct PhaseChange {
 
 class Flight {
  public:
-  /// `entry` is what the journal holds of it; its texts stay there. The run is made by begin().
-  Flight(JournalEntry entry, Prepared prepared);
+  /// `entry` is what the journal holds of it; its texts stay there. The run is made by begin(). Its samples
+  /// are charged to the budget, which must outlive it.
+  Flight(JournalEntry entry, Prepared prepared, SampleBudget* budget = nullptr);
   ~Flight();
 
   const JournalEntry& entry() const { return entry_; }
@@ -138,6 +139,7 @@ class Flight {
 
   const JournalEntry entry_;
   Prepared prepared_;
+  SampleBudget* const budget_;
   std::unique_ptr<Run> run_;
   std::unique_ptr<Run> verification_run_;
   std::unique_ptr<Sink> sink_;

@@ -31,6 +31,21 @@ std::string printable(std::string_view text) {
   return clean;
 }
 
+// What went wrong inside is told to the one who asked; everybody else is still to be served.
+template <typename Action>
+std::optional<Saying> tried(Action&& action) try {
+  action();
+  return std::nullopt;
+} catch (const JournalError& error) {
+  spdlog::error("the journal could not be read: {}", error.what());
+  return Saying{"unavailable", std::string("the journal could not be read: ") + error.what()};
+} catch (const std::bad_alloc&) {
+  return Saying{"unavailable", "there was no memory left for this; try later"};
+} catch (const std::exception& error) {
+  spdlog::error("a request or control could not be taken in: {}", error.what());
+  return Saying{"internal", error.what()};
+}
+
 std::string code_of(wire::Phase phase) {
   return phase >= slew_v1_FAILED ? std::string(wire::phase_name(phase)) : "ok";
 }
@@ -38,12 +53,13 @@ std::string code_of(wire::Phase phase) {
 }  // namespace
 
 Intake::Intake(const wire::Domain& domain, Registry& registry, Journal& journal,
-               const std::filesystem::path& journal_file, Admission& admission, Replies& replies,
-               Outlets outlets)
+               const std::filesystem::path& journal_file, Admission& admission, SampleBudget& sample_budget,
+               Replies& replies, Outlets outlets)
     : registry_(registry),
       journal_(journal),
       known_(journal_file),
       admission_(admission),
+      sample_budget_(sample_budget),
       replies_(replies),
       outlets_(std::move(outlets)),
       request_(domain),
@@ -68,11 +84,16 @@ void Intake::serve() {
     waitset_.wait(std::chrono::milliseconds(500));
     // Controls first: a cancel should not wait behind a burst of requests.
     control_.take([this](const slew_v1_Control& control, const dds_sample_info_t& sample) {
-      if (sample.valid_data) on_control(control);
+      if (!sample.valid_data) return;
+      if (const auto why_not = tried([&] { on_control(control); }))
+        replies_.write_control(wire::Id::from(control.request_id), wire::Id::from(control.experiment_id),
+                               slew_v1_REJECTED, *why_not);
     });
     request_.take(
         [this](const slew_v1_Request& request, const dds_sample_info_t& sample) {
-          if (sample.valid_data) on_request(request);
+          if (!sample.valid_data) return;
+          if (const auto why_not = tried([&] { on_request(request); }))
+            reject(wire::Id::from(request.request_id), *why_not);
         },
         32);
   }
@@ -162,7 +183,7 @@ void Intake::on_request(const slew_v1_Request& request) {
   entry.duration_s = prepared->duration_s;
   entry.accepted_unix_ns = unix_ns();
   std::vector<std::string> warnings = prepared->warnings;
-  const auto flight = std::make_shared<Flight>(entry, std::move(*prepared));
+  const auto flight = std::make_shared<Flight>(entry, std::move(*prepared), &sample_budget_);
   flight->set_trial_load(load);
   if (is_paced) admission_.admit(flight);
   registry_.add(flight);

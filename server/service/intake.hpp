@@ -26,7 +26,8 @@ class Intake {
     std::function<void(const FlightPointer&, const Wishes&)> wish;
   };
   Intake(const wire::Domain& domain, Registry& registry, Journal& journal,
-         const std::filesystem::path& journal_file, Admission& admission, Replies& replies, Outlets outlets);
+         const std::filesystem::path& journal_file, Admission& admission, SampleBudget& sample_budget,
+         Replies& replies, Outlets outlets);
   ~Intake();
 
   /// From now on requests are refused with `draining`.
@@ -48,6 +49,7 @@ class Intake {
   Journal& journal_;
   JournalReader known_;
   Admission& admission_;
+  SampleBudget& sample_budget_;
   Replies& replies_;
   const Outlets outlets_;
   wire::Reader<slew_v1_Request> request_;

@@ -2,41 +2,14 @@
 
 #include <sqlite3.h>
 
+#include "server/service/journal_tables.hpp"
+
 namespace slew::service {
 namespace {
 
-constexpr int kVersion = 1;
-
-constexpr const char* kTables = R"sql(
-CREATE TABLE experiment (
-  experiment_id BLOB PRIMARY KEY NOT NULL,
-  request_id BLOB NOT NULL UNIQUE,
-  experiment_hex TEXT NOT NULL,
-  request_hex TEXT NOT NULL,
-  client_id TEXT NOT NULL,
-  sender TEXT NOT NULL,
-  label TEXT NOT NULL,
-  preset TEXT NOT NULL,
-  timing_mode TEXT NOT NULL,
-  request TEXT NOT NULL,
-  fingerprint TEXT NOT NULL,
-  duration_s REAL NOT NULL,
-  accepted_unix_ns INTEGER NOT NULL,
-  started_unix_ns INTEGER NOT NULL DEFAULT 0,
-  ended_unix_ns INTEGER NOT NULL DEFAULT 0,
-  phase INTEGER NOT NULL,
-  t_sim_s REAL NOT NULL DEFAULT 0,
-  result TEXT NOT NULL DEFAULT ''
-) STRICT, WITHOUT ROWID;
-CREATE UNIQUE INDEX experiment_by_hex ON experiment (experiment_hex);
-CREATE UNIQUE INDEX experiment_by_request_hex ON experiment (request_hex);
-CREATE INDEX experiment_by_time ON experiment (accepted_unix_ns);
-CREATE INDEX experiment_unfinished ON experiment (accepted_unix_ns) WHERE ended_unix_ns = 0;
-)sql";
-
 constexpr const char* kShortColumns =
     "experiment_id, request_id, client_id, sender, label, preset, timing_mode, fingerprint, duration_s, "
-    "accepted_unix_ns, started_unix_ns, ended_unix_ns, phase, t_sim_s";
+    "accepted_unix_ns, started_unix_ns, ended_unix_ns, phase, t_sim_s, crashes";
 
 sqlite3* open(const std::filesystem::path& file, int flags) {
   sqlite3* database = nullptr;
@@ -130,6 +103,7 @@ JournalEntry read_short(Statement& row) {
   entry.ended_unix_ns = row.integer();
   entry.phase = static_cast<wire::Phase>(row.integer());
   entry.t_sim_s = row.real();
+  entry.crashes = row.integer();
   return entry;
 }
 
@@ -142,27 +116,6 @@ JournalEntry read_whole(Statement& row) {
 
 std::string select_whole() {
   return std::string("SELECT ") + kShortColumns + ", request, result ";
-}
-
-std::int64_t user_version(sqlite3* database) {
-  Statement statement(database, "PRAGMA user_version");
-  return statement.step() ? statement.integer() : 0;
-}
-
-// A new file gets its tables; one from a newer program is left untouched.
-void prepare_tables(sqlite3* database) {
-  const std::int64_t version = user_version(database);
-  if (version > kVersion)
-    throw JournalError("it is of version " + std::to_string(version) + ", this program knows up to " +
-                       std::to_string(kVersion) +
-                       "; it was left untouched. Start the newer program, or give another --state-dir");
-  // The promise: a commit is on the disk when it returns.
-  for (const char* pragma : {"PRAGMA journal_mode = WAL", "PRAGMA synchronous = FULL"})
-    if (const std::string why = execute(database, pragma); !why.empty()) throw JournalError(why);
-  if (version == kVersion) return;
-  const std::string sql = std::string("BEGIN IMMEDIATE;") + kTables +
-                          "PRAGMA user_version = " + std::to_string(kVersion) + "; COMMIT;";
-  if (const std::string why = execute(database, sql.c_str()); !why.empty()) throw JournalError(why);
 }
 
 void insert(sqlite3* database, const JournalEntry& entry) {
@@ -201,6 +154,13 @@ void update(sqlite3* database, const JournalEntry& entry) {
       .step();
 }
 
+void note_crash(sqlite3* database, const wire::Id& id) {
+  Statement(database,
+            "UPDATE experiment SET crashes = crashes + 1 WHERE experiment_id = ? AND ended_unix_ns = 0")
+      .bind(id)
+      .step();
+}
+
 // Acceptance comes before the end, so its index leads to the candidates.
 std::vector<wire::Id> remove_ended(sqlite3* database, std::int64_t before_unix_ns, std::size_t most) {
   std::vector<wire::Id> ids;
@@ -219,10 +179,11 @@ std::vector<wire::Id> remove_ended(sqlite3* database, std::int64_t before_unix_n
 
 }  // namespace
 
-Journal::Journal(const std::filesystem::path& file)
+Journal::Journal(const std::filesystem::path& file, const std::vector<wire::Id>& suspects)
     : database_(open(file, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE)) {
   try {
-    prepare_tables(database_);
+    prepare_tables(database_, file);
+    for (const wire::Id& id : suspects) note_crash(database_, id);
   } catch (const JournalError& error) {
     sqlite3_close(database_);
     throw JournalError("the journal " + file.string() + " cannot be used: " + error.what());

@@ -37,7 +37,8 @@ struct JournalEntry {
   std::int64_t ended_unix_ns = 0;
   wire::Phase phase = slew_v1_ACCEPTED;
   double t_sim_s = 0;
-  std::string result;  ///< the result document; empty until there is one
+  std::int64_t crashes = 0;  ///< how often the server went down while it flew this
+  std::string result;        ///< the result document; empty until there is one
 };
 
 /// Opening says why it failed: newer than this program, damaged, not writable.
@@ -52,7 +53,9 @@ using Committed = std::function<void(const std::string& error)>;
 /// Writes. Entries handed over while a commit is under way share the next one.
 class Journal {
  public:
-  explicit Journal(const std::filesystem::path& file);
+  /// `suspects` were being flown when the server went down; it is noted of those that have not ended. Throws
+  /// JournalError.
+  explicit Journal(const std::filesystem::path& file, const std::vector<wire::Id>& suspects = {});
   ~Journal();  ///< commits what is pending
 
   void accept(JournalEntry entry, Committed committed);

@@ -38,8 +38,8 @@ bool take_realtime_policy() {
 
 }  // namespace
 
-PacedLane::PacedLane(std::size_t pacers, NextStage& next) : next_(next) {
-  for (std::size_t i = 0; i < pacers; ++i) pacers_.push_back(std::make_unique<Pacer>());
+PacedLane::PacedLane(std::size_t pacers, NextStage& next, BlackBox& black_box) : next_(next) {
+  for (std::size_t i = 0; i < pacers; ++i) pacers_.push_back(std::make_unique<Pacer>(black_box.seat()));
   for (std::size_t i = 0; i < pacers; ++i)
     pacers_[i]->thread = std::thread([this, i] {
       name_this_thread("pacer-" + std::to_string(i));
@@ -131,7 +131,9 @@ void PacedLane::pace(Pacer& pacer) {
     // Waking and sorting since the last slice was for all of them.
     const double shared_s = spent() / static_cast<double>(due.size());
     for (Appointment& appointment : due) {
+      pacer.seat.take(appointment.flight->entry().experiment_id);
       const bool goes_on = keep(appointment, slept, woke);
+      pacer.seat.leave();
       const double cost_s = shared_s + spent();
       if (goes_on)
         appointment.flight->record_cost(cost_s, slice_period_of(*appointment.flight));

@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "server/service/black_box.hpp"
 #include "server/service/flight.hpp"
 #include "server/service/inheriting_mutex.hpp"
 
@@ -15,7 +16,7 @@ namespace slew::service {
 
 class PacedLane {
  public:
-  PacedLane(std::size_t pacers, NextStage& next);
+  PacedLane(std::size_t pacers, NextStage& next, BlackBox& black_box);
   ~PacedLane();
 
   /// A new flight, or one whose parking has ended.
@@ -41,6 +42,8 @@ class PacedLane {
 
   // One thread and its flights: a heap of appointments, earliest first.
   struct Pacer {
+    explicit Pacer(BlackBox::Seat at) : seat(at) {}
+    const BlackBox::Seat seat;
     mutable InheritingMutex mutex;
     std::condition_variable wake;
     std::vector<Appointment> heap;

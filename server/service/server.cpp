@@ -20,6 +20,8 @@ namespace {
 constexpr std::size_t kLargestBacklog = 64;
 constexpr auto kTrimPeriod = std::chrono::seconds(60);
 constexpr std::size_t kRemovedAtOnce = 1000;
+// A server that went down so often over one experiment would go down for ever.
+constexpr std::int64_t kMostCrashes = 5;
 
 std::string host_name() {
   char name[129] = {};
@@ -44,6 +46,13 @@ wire::Id server_id(const std::filesystem::path& state_directory) {
   if (!(std::ofstream(file) << id.hex() << '\n'))
     throw std::runtime_error("the state directory " + state_directory.string() + " cannot be written");
   return id;
+}
+
+// A journal of years may hold what a later version of the physics trips over.
+std::variant<Prepared, Rejection> prepare_or_say_why(const std::string& request) try {
+  return prepare(request);
+} catch (const std::exception& error) {
+  return Rejection{"internal", error.what(), {}};
 }
 
 }  // namespace
@@ -75,29 +84,32 @@ class Server::StateLock {
 Server::Server(const ServerOptions& options)
     : options_(options),
       started_unix_ns_(unix_ns()),
+      sample_budget_(options.sample_memory_mib << 20),
       state_lock_(std::make_unique<StateLock>(options.state_directory)),
       server_id_(server_id(options.state_directory)),
       domain_(options.domain),
       health_writer_(domain_),
       replies_(domain_),
       archive_(options.state_directory / "series"),
+      black_box_(options.state_directory / "under_way"),
       admission_(options.pacers) {
   if (options.metrics_port != 0) metrics_page_ = std::make_unique<MetricsPage>(options.metrics_port);
   const auto journal_file = options.state_directory / "journal.sqlite";
-  journal_ = std::make_unique<Journal>(journal_file);
+  journal_ = std::make_unique<Journal>(journal_file, black_box_.suspects());
   publisher_ = std::make_unique<Publisher>(
       domain_, [this](FlightPointer flight) { finisher_->take(std::move(flight)); },
       [this](const FlightPointer& flight) { relaunch(flight); });
   finisher_ = std::make_unique<Finisher>(archive_, *journal_,
                                          [this](const FlightPointer& flight) { committed(flight); });
-  as_fast_ = std::make_unique<AsFastLane>(
-      options.workers, *publisher_, [this] { return !draining_ && finisher_->backlog() < kLargestBacklog; });
-  paced_ = std::make_unique<PacedLane>(options.pacers, *publisher_);
+  as_fast_ = std::make_unique<AsFastLane>(options.workers, *publisher_, black_box_, [this] {
+    return !draining_ && finisher_->backlog() < kLargestBacklog;
+  });
+  paced_ = std::make_unique<PacedLane>(options.pacers, *publisher_, black_box_);
   queries_ = std::make_unique<Queries>(domain_, registry_, archive_, journal_file);
   timetable_ = std::make_unique<Timetable>();
   recover();
   intake_ = std::make_unique<Intake>(
-      domain_, registry_, *journal_, journal_file, admission_, replies_,
+      domain_, registry_, *journal_, journal_file, admission_, sample_budget_, replies_,
       Intake::Outlets{
           .launch = [this](const FlightPointer& flight) { launch(flight); },
           .wish = [this](const FlightPointer& flight, const Wishes& wishes) { wish(flight, wishes); }});
@@ -146,23 +158,25 @@ void Server::launch(const FlightPointer& flight) {
 // What the request wants to happen at a wall time.
 void Server::schedule(const FlightPointer& flight) {
   const TimingSpecification& timing = flight->prepared().timing;
-  const auto wish_at = [&](std::int64_t at_unix_ns, const Wishes& wishes) {
-    timetable_->at(at_unix_ns, [this, wishes, place = std::weak_ptr(flight)] {
+  const auto wish_if_alive = [&](const Wishes& wishes) {
+    return [this, wishes, place = std::weak_ptr(flight)] {
       if (const auto alive = place.lock(); alive && !wire::is_terminal(alive->phase())) wish(alive, wishes);
-    });
+    };
   };
   if (timing.start == TimingStart::wall_time) {
     Wishes resume;
     resume.pause = false;
     resume.start_unix_ns = timing.start_unix_ns;
-    wish_at(timing.start_unix_ns, resume);
+    timetable_->at(timing.start_unix_ns, wish_if_alive(resume));
   }
   if (timing.expires_s) {
     Wishes expire;
     expire.expire = true;
-    wish_at(
-        flight->entry().accepted_unix_ns + std::chrono::nanoseconds(from_seconds(*timing.expires_s)).count(),
-        expire);
+    // From the acceptance on, by a clock that nobody sets; while no server was there, by the one that there
+    // was.
+    const std::int64_t gone_ns = std::max<std::int64_t>(0, unix_ns() - flight->entry().accepted_unix_ns);
+    timetable_->after(from_seconds(*timing.expires_s) - std::chrono::nanoseconds(gone_ns),
+                      wish_if_alive(expire));
   }
 }
 
@@ -220,15 +234,20 @@ void Server::committed(const FlightPointer& flight) {
 void Server::recover() {
   std::vector<JournalEntry> owed = JournalReader(options_.state_directory / "journal.sqlite").unfinished();
   for (JournalEntry& entry : owed) {
-    auto outcome = prepare(entry.request);
+    const std::int64_t crashes = entry.crashes;
+    auto outcome = prepare_or_say_why(entry.request);
     auto* prepared = std::get_if<Prepared>(&outcome);
-    const auto flight =
-        std::make_shared<Flight>(std::move(entry), prepared ? std::move(*prepared) : Prepared{});
+    const auto flight = std::make_shared<Flight>(
+        std::move(entry), prepared ? std::move(*prepared) : Prepared{}, &sample_budget_);
     registry_.add(flight);
     flight->enter(slew_v1_ACCEPTED);
     if (!prepared) {
       const auto& rejection = std::get<Rejection>(outcome);
       flight->end(slew_v1_FAILED, {"not_valid_any_more", rejection.sentence});
+      publisher_->over(flight);
+    } else if (crashes >= kMostCrashes) {
+      flight->end(slew_v1_FAILED, {"took_the_server_down", "the server went down " + std::to_string(crashes) +
+                                                               " times while it flew this"});
       publisher_->over(flight);
     } else if (flight->is_paced() && !flight->prepared().timing.run_again_after_restart) {
       flight->end(slew_v1_INTERRUPTED);
@@ -245,8 +264,8 @@ void Server::recover() {
   if (!owed.empty()) spdlog::info("{} unfinished experiments taken up", owed.size());
 }
 
-void Server::drain() {
-  if (draining_.exchange(true)) return;
+bool Server::drain() {
+  if (draining_.exchange(true)) return true;
   spdlog::info("draining for at most {} s", options_.drain_s);
   sd_notify(0, "STOPPING=1\nSTATUS=draining");
   intake_->drain();
@@ -261,12 +280,35 @@ void Server::drain() {
       wish(flight, wishes);
     }
   const auto patience = Monotonic::now() + std::chrono::seconds(2);
-  while (paced_->flying() > 0 && Monotonic::now() < patience)
+  as_fast_->stop();
+  while ((paced_->flying() > 0 || as_fast_->in_slice() > 0) && Monotonic::now() < patience)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   publisher_->flush();
-  if (!finisher_->wait_until_idle(std::chrono::seconds(5)))
+  if (!finisher_->wait_until_idle(std::chrono::seconds(5))) {
     spdlog::error("{} results could not be committed; they will be made again after a restart",
                   finisher_->backlog());
+    return as_fast_->in_slice() == 0 && paced_->flying() == 0;
+  }
+  return !write_off_what_is_stuck();
+}
+
+// Whatever could end has ended and is in the journal. A paced experiment that is still there ends without its
+// result, which nobody but its pacer may touch; an as-fast one is owed and flown again.
+bool Server::write_off_what_is_stuck() {
+  std::size_t stuck = as_fast_->in_slice();
+  if (paced_->flying() > 0)
+    for (const FlightPointer& flight : registry_.alive()) {
+      if (!flight->is_paced()) continue;
+      ++stuck;
+      finisher_->write_off(flight, [this, flight] {
+        const JournalEntry& entry = flight->entry();
+        replies_.write(entry.request_id, entry.experiment_id, slew_v1_INTERRUPTED,
+                       {"interrupted", "the server went down while a step of the experiment went on"});
+      });
+    }
+  journal_->flush();
+  if (stuck > 0) spdlog::error("{} experiments did not come out of a step; leaving without them", stuck);
+  return stuck > 0;
 }
 
 // What is older or larger than what is to be kept. A little at a time: acceptances wait for the same journal.

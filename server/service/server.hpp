@@ -13,6 +13,7 @@
 #include "server/service/admission.hpp"
 #include "server/service/archive.hpp"
 #include "server/service/as_fast_lane.hpp"
+#include "server/service/black_box.hpp"
 #include "server/service/finisher.hpp"
 #include "server/service/intake.hpp"
 #include "server/service/journal.hpp"
@@ -31,10 +32,11 @@ struct ServerOptions {
   std::filesystem::path state_directory;
   std::size_t workers = 2;
   std::size_t pacers = 2;
-  double keep_days = 90;  ///< what ended longer ago is removed, result and series
-  double keep_gib = 20;   ///< of series; the oldest make room
-  int metrics_port = 0;   ///< Prometheus text on loopback; 0: none
-  double drain_s = 10;    ///< what is under way may take so long to end after SIGTERM
+  double keep_days = 90;                 ///< what ended longer ago is removed, result and series
+  double keep_gib = 20;                  ///< of series; the oldest make room
+  int metrics_port = 0;                  ///< Prometheus text on loopback; 0: none
+  double drain_s = 10;                   ///< what is under way may take so long to end after SIGTERM
+  std::size_t sample_memory_mib = 1024;  ///< for the samples of experiments that have not been archived
 };
 
 class Server {
@@ -46,8 +48,9 @@ class Server {
   ~Server();
 
   /// Refuses new requests, lets what is under way end for `drain_s`, marks paced experiments that did not as
-  /// interrupted. Idempotent.
-  void drain();
+  /// interrupted. Idempotent. False when a step did not come to an end: it is written off in the journal, and
+  /// whoever destroys the server waits for it.
+  bool drain();
 
  private:
   class StateLock;
@@ -60,9 +63,11 @@ class Server {
   slew_v1_Server health() const;
   void watch_health();
   void make_room();
+  bool write_off_what_is_stuck();
 
   const ServerOptions options_;
   const std::int64_t started_unix_ns_;
+  SampleBudget sample_budget_;
   std::unique_ptr<StateLock> state_lock_;
   wire::Id server_id_;
   wire::Id boot_id_ = wire::Id::make();
@@ -72,6 +77,7 @@ class Server {
   Registry registry_;
   Replies replies_;
   Archive archive_;
+  BlackBox black_box_;
   Admission admission_;
   std::unique_ptr<Journal> journal_;
   std::unique_ptr<Publisher> publisher_;

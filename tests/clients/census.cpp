@@ -40,7 +40,8 @@ int main(int argc, char** argv) {
   Arguments arguments(
       "Counts the instances that a server keeps for late joiners.\nExit code 3 when there is no server.");
   double settle_s = 2;
-  arguments.app.add_option("--settle", settle_s, "seconds to listen, from the match on")->capture_default_str();
+  arguments.app.add_option("--settle", settle_s, "seconds to listen, from the match on")
+      ->capture_default_str();
   if (!arguments.parse(argc, argv)) return arguments.exit_code;
   try {
     const wire::Domain domain(arguments.domain());

@@ -16,11 +16,14 @@ ServerUnderTest::ServerUnderTest(std::vector<std::string> arguments, bool start_
   if (start_now) start();
 }
 
+std::vector<std::string> ServerUnderTest::command() const {
+  std::vector<std::string> line{SLEWD, "--domain", std::to_string(domain()), "--state-dir", state().string()};
+  line.insert(line.end(), arguments_.begin(), arguments_.end());
+  return line;
+}
+
 void ServerUnderTest::start() {
-  std::vector<std::string> command{SLEWD, "--domain", std::to_string(domain()), "--state-dir",
-                                   state().string()};
-  command.insert(command.end(), arguments_.begin(), arguments_.end());
-  process_ = Process(command, state() / "log");
+  process_ = Process(command(), state() / "log");
   const auto answer = ctl({"list", "--connect", "60", "--limit", "1"});
   if (answer.exit_code != 0) throw std::runtime_error("the server does not answer: " + answer.errors + log());
 }

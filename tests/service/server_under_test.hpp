@@ -19,6 +19,8 @@ class ServerUnderTest {
 
   /// Starts it (again) and waits until it answers.
   void start();
+  /// What start() starts.
+  std::vector<std::string> command() const;
   /// SIGTERM, and its exit code.
   int stop();
   /// SIGKILL.
