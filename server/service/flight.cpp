@@ -106,7 +106,8 @@ Flight::Flight(JournalEntry entry, Prepared prepared, SampleBudget* budget)
     : entry_(without_texts(std::move(entry))),
       prepared_(std::move(prepared)),
       budget_(budget),
-      is_paced_(prepared_.timing.mode != TimingMode::as_fast_as_possible) {
+      is_paced_(prepared_.timing.mode != TimingMode::as_fast_as_possible),
+      runs_again_(!is_paced_ || prepared_.timing.run_again_after_restart) {
   if (is_paced()) rate_ = prepared_.timing.rate;
   anchor_.rate = prepared_.timing.rate;
   paused_ = prepared_.timing.start != TimingStart::now;

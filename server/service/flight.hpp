@@ -56,6 +56,8 @@ class Flight {
   const JournalEntry& entry() const { return entry_; }
   const Prepared& prepared() const { return prepared_; }
   bool is_paced() const { return is_paced_; }
+  /// Whether the next server flies it from its beginning when this one goes down.
+  bool runs_again() const { return runs_again_; }
 
   // ---- any thread -----------------------------------------------------------------------------------------
   wire::Phase phase() const { return phase_.load(std::memory_order_acquire); }
@@ -158,6 +160,7 @@ class Flight {
   std::atomic<double> load_{0};
   std::atomic<bool> is_lossless_{false};
   const bool is_paced_;
+  const bool runs_again_;
   Lateness lateness_;
 
   std::mutex mutex_;

@@ -103,7 +103,8 @@ void prepare_tables(sqlite3* database, const std::filesystem::path& file) try {
   if (version == kJournalVersion) return;
   if (version > 0) keep_copy(database, file.string() + ".v" + std::to_string(version));
   std::string sql = "BEGIN IMMEDIATE;";
-  for (std::size_t step = static_cast<std::size_t>(version); step < kSteps.size(); ++step) sql += kSteps[step];
+  for (std::size_t step = static_cast<std::size_t>(version); step < kSteps.size(); ++step)
+    sql += kSteps[step];
   execute(database, sql + "PRAGMA user_version = " + std::to_string(kJournalVersion) + "; COMMIT;");
 } catch (const std::filesystem::filesystem_error& error) {
   throw JournalError(error.what());

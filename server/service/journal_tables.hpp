@@ -10,8 +10,8 @@ namespace slew::service {
 
 inline constexpr int kJournalVersion = 2;
 
-/// Of what is in `file`, opened as `database`. An older journal stays beside it as `<file>.v<version>`. Throws
-/// JournalError; then not a byte of the file has changed.
+/// Of what is in `file`, opened as `database`. An older journal stays beside it as `<file>.v<version>`.
+/// Throws JournalError; then not a byte of the file has changed.
 void prepare_tables(sqlite3* database, const std::filesystem::path& file);
 
 }  // namespace slew::service

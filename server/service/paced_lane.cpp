@@ -53,12 +53,25 @@ double PacedLane::slice_period_s(double sample_period_s, double rate) {
 }
 
 PacedLane::~PacedLane() {
+  stop();
+  for (auto& pacer : pacers_) pacer->thread.join();
+}
+
+void PacedLane::stop() {
   stopping_ = true;
   for (auto& pacer : pacers_) {
     { const std::lock_guard<std::mutex> lock(pacer->mutex); }
     pacer->wake.notify_one();
   }
-  for (auto& pacer : pacers_) pacer->thread.join();
+}
+
+std::size_t PacedLane::in_slice() const {
+  std::size_t total = 0;
+  for (const auto& pacer : pacers_) {
+    const std::lock_guard<std::mutex> lock(pacer->mutex);
+    total += pacer->in_slice;
+  }
+  return total;
 }
 
 void PacedLane::submit(FlightPointer flight) {

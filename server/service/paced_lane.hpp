@@ -26,6 +26,10 @@ class PacedLane {
   static double slice_period_s(double sample_period_s, double rate);
 
   std::size_t flying() const;
+  /// No slice is begun any more.
+  void stop();
+  /// Slices that have not come to their end.
+  std::size_t in_slice() const;
   /// Whether all pacers run at SCHED_FIFO.
   bool realtime_policy() const { return realtime_policy_.load(std::memory_order_relaxed); }
   /// Over all experiments since the start.

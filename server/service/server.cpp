@@ -249,7 +249,7 @@ void Server::recover() {
       flight->end(slew_v1_FAILED, {"took_the_server_down", "the server went down " + std::to_string(crashes) +
                                                                " times while it flew this"});
       publisher_->over(flight);
-    } else if (flight->is_paced() && !flight->prepared().timing.run_again_after_restart) {
+    } else if (!flight->runs_again()) {
       flight->end(slew_v1_INTERRUPTED);
       publisher_->over(flight);
     } else {
@@ -269,46 +269,49 @@ bool Server::drain() {
   spdlog::info("draining for at most {} s", options_.drain_s);
   sd_notify(0, "STOPPING=1\nSTATUS=draining");
   intake_->drain();
-  const auto deadline = Monotonic::now() + from_seconds(options_.drain_s);
-  const auto is_over = [this] { return as_fast_->under_way() == 0 && paced_->flying() == 0; };
-  while (!is_over() && Monotonic::now() < deadline)
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  for (const FlightPointer& flight : registry_.alive())
-    if (flight->is_paced()) {
-      Wishes wishes;
-      wishes.interrupt = true;
-      wish(flight, wishes);
-    }
-  const auto patience = Monotonic::now() + std::chrono::seconds(2);
+  const auto wait = [](Monotonic::duration time, const auto& is_over) {
+    for (const auto until = Monotonic::now() + time; !is_over() && Monotonic::now() < until;)
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  };
+  wait(from_seconds(options_.drain_s),
+       [this] { return as_fast_->under_way() == 0 && paced_->flying() == 0; });
+  for (const FlightPointer& flight : interrupted_by_a_drain()) {
+    Wishes wishes;
+    wishes.interrupt = true;
+    wish(flight, wishes);
+  }
+  wait(std::chrono::seconds(2), [this] { return interrupted_by_a_drain().empty(); });
   as_fast_->stop();
-  while ((paced_->flying() > 0 || as_fast_->in_slice() > 0) && Monotonic::now() < patience)
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  paced_->stop();
+  wait(std::chrono::seconds(2), [this] { return as_fast_->in_slice() + paced_->in_slice() == 0; });
   publisher_->flush();
-  if (!finisher_->wait_until_idle(std::chrono::seconds(5))) {
+  if (!finisher_->wait_until_idle(std::chrono::seconds(5)))
     spdlog::error("{} results could not be committed; they will be made again after a restart",
                   finisher_->backlog());
-    return as_fast_->in_slice() == 0 && paced_->flying() == 0;
-  }
-  return !write_off_what_is_stuck();
+  const std::size_t stuck = as_fast_->in_slice() + paced_->in_slice();
+  if (stuck == 0) return true;
+  if (finisher_->backlog() == 0) write_off();
+  spdlog::error("{} experiments did not come out of a step; leaving without them", stuck);
+  return false;
+}
+
+// Paced work that does not run again at the next start.
+std::vector<FlightPointer> Server::interrupted_by_a_drain() const {
+  std::vector<FlightPointer> alive = registry_.alive();
+  std::erase_if(alive, [](const FlightPointer& flight) { return flight->runs_again(); });
+  return alive;
 }
 
 // Whatever could end has ended and is in the journal. A paced experiment that is still there ends without its
 // result, which nobody but its pacer may touch; an as-fast one is owed and flown again.
-bool Server::write_off_what_is_stuck() {
-  std::size_t stuck = as_fast_->in_slice();
-  if (paced_->flying() > 0)
-    for (const FlightPointer& flight : registry_.alive()) {
-      if (!flight->is_paced()) continue;
-      ++stuck;
-      finisher_->write_off(flight, [this, flight] {
-        const JournalEntry& entry = flight->entry();
-        replies_.write(entry.request_id, entry.experiment_id, slew_v1_INTERRUPTED,
-                       {"interrupted", "the server went down while a step of the experiment went on"});
-      });
-    }
+void Server::write_off() {
+  for (const FlightPointer& flight : interrupted_by_a_drain())
+    finisher_->write_off(flight, [this, flight] {
+      const JournalEntry& entry = flight->entry();
+      replies_.write(entry.request_id, entry.experiment_id, slew_v1_INTERRUPTED,
+                     {"interrupted", "the server went down while a step of the experiment went on"});
+    });
   journal_->flush();
-  if (stuck > 0) spdlog::error("{} experiments did not come out of a step; leaving without them", stuck);
-  return stuck > 0;
 }
 
 // What is older or larger than what is to be kept. A little at a time: acceptances wait for the same journal.

@@ -47,9 +47,9 @@ class Server {
   /// Stops at once; accepted as-fast work runs again at the next start.
   ~Server();
 
-  /// Refuses new requests, lets what is under way end for `drain_s`, marks paced experiments that did not as
-  /// interrupted. Idempotent. False when a step did not come to an end: it is written off in the journal, and
-  /// whoever destroys the server waits for it.
+  /// Refuses new requests, lets what is under way end for `drain_s`, marks paced experiments that did not,
+  /// and do not run again, as interrupted. Idempotent. False when a step did not come to an end: it is
+  /// written off in the journal, and whoever destroys the server waits for it.
   bool drain();
 
  private:
@@ -63,7 +63,8 @@ class Server {
   slew_v1_Server health() const;
   void watch_health();
   void make_room();
-  bool write_off_what_is_stuck();
+  std::vector<FlightPointer> interrupted_by_a_drain() const;
+  void write_off();
 
   const ServerOptions options_;
   const std::int64_t started_unix_ns_;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <iostream>
 #include <map>
 #include <random>
@@ -144,8 +145,7 @@ TEST(Recovery, EveryAcceptedRequestHasItsOneEndAfterKillsAtRandomMoments) {
             << " of them interrupted\n";
 }
 
-TEST(Recovery, APacedRunSaysInterruptedOrRunsAgainAsItsRequestAsks) {
-  ServerUnderTest server;
+void expect_paced_ends_as_asked(ServerUnderTest& server, const std::function<void()>& end_the_server) {
   std::map<std::string, std::string> ids;
   for (const char* after : {"interrupted", "run_again"})
     ids[after] = server
@@ -155,13 +155,23 @@ TEST(Recovery, APacedRunSaysInterruptedOrRunsAgainAsItsRequestAsks) {
   for (const auto& [after, id] : ids)
     for (int i = 0; i < 500 && server.document({"show", id}).at("phase") != "running"; ++i)
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  server.kill();
+  end_the_server();
   server.start();
   EXPECT_EQ(ended(server, ids["interrupted"]).at("phase"), "interrupted");
   EXPECT_EQ(server.ctl({"run", "--preset", kPreset}).exit_code, 0);
   EXPECT_EQ(ended(server, ids["run_again"]).at("phase"), "completed");
   EXPECT_EQ(digest_of(server.document({"result", ids["run_again"]})),
             digest_of(server.document({"run", "--preset", kPreset})));
+}
+
+TEST(Recovery, APacedRunSaysInterruptedOrRunsAgainAsItsRequestAsks) {
+  ServerUnderTest server({"--drain", "0.1"});
+  {
+    SCOPED_TRACE("killed");
+    expect_paced_ends_as_asked(server, [&] { server.kill(); });
+  }
+  SCOPED_TRACE("stopped");
+  expect_paced_ends_as_asked(server, [&] { EXPECT_EQ(server.stop(), 0); });
 }
 
 // One that always takes the server down must not take it down for ever.

@@ -11,13 +11,15 @@
 
 namespace slew::test {
 
-ServerUnderTest::ServerUnderTest(std::vector<std::string> arguments, bool start_now)
-    : arguments_(std::move(arguments)) {
+ServerUnderTest::ServerUnderTest(std::vector<std::string> arguments, bool start_now,
+                                 std::vector<std::string> prefix)
+    : arguments_(std::move(arguments)), prefix_(std::move(prefix)) {
   if (start_now) start();
 }
 
 std::vector<std::string> ServerUnderTest::command() const {
-  std::vector<std::string> line{SLEWD, "--domain", std::to_string(domain()), "--state-dir", state().string()};
+  std::vector<std::string> line = prefix_;
+  line.insert(line.end(), {SLEWD, "--domain", std::to_string(domain()), "--state-dir", state().string()});
   line.insert(line.end(), arguments_.begin(), arguments_.end());
   return line;
 }

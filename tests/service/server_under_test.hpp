@@ -15,7 +15,9 @@ namespace slew::test {
 class ServerUnderTest {
  public:
   /// Started and answering, unless `start` is false.
-  explicit ServerUnderTest(std::vector<std::string> arguments = {}, bool start = true);
+  /// `prefix` stands before its command.
+  explicit ServerUnderTest(std::vector<std::string> arguments = {}, bool start = true,
+                           std::vector<std::string> prefix = {});
 
   /// Starts it (again) and waits until it answers.
   void start();
@@ -43,7 +45,7 @@ class ServerUnderTest {
  private:
   DomainLease lease_;
   TemporaryDirectory state_;
-  std::vector<std::string> arguments_;
+  std::vector<std::string> arguments_, prefix_;
   Process process_;
 };
 
