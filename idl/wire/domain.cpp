@@ -7,6 +7,9 @@
 #include "loopback_profile.hpp"  // generated from deploy/dds/loopback.xml
 
 namespace slew::wire {
+
+extern const bool kSteadyWaits;  // steady_waits.cpp
+
 namespace {
 
 // DDS reports a bad configuration to its log only. While a domain is created the log is collected, so that
@@ -52,6 +55,10 @@ std::string in_words(const char* what, dds_return_t code, const std::string& log
 const std::string& loopback_profile() {
   static const std::string profile = kLoopbackProfile;
   return profile;
+}
+
+bool Domain::minds_the_wall_clock() {
+  return !kSteadyWaits;
 }
 
 Domain::Domain(const DomainOptions& options) : id_(options.domain) {

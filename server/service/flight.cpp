@@ -152,14 +152,16 @@ bool Flight::wish(const Wishes& wishes) {
 
 SliceEnd Flight::begin() try {
   if (run_) return SliceEnd::goes_on;
-  run_ = make_run(prepared_);
-  const std::size_t width = run_->channels().state.size() + run_->channels().thrusters.size();
+  auto run = make_run(prepared_);
+  const std::size_t width = run->channels().state.size() + run->channels().thrusters.size();
   const auto rows = static_cast<std::size_t>(prepared_.telemetry.publish_max_hz * kRingWall_s);
   const std::size_t needed = std::max(kSmallestRing_rows, rows) * (width + 1) * sizeof(double);
   ring_ = std::make_unique<SampleRing>(
       width, is_lossless() ? kLargestRing_bytes : std::min(needed, kLargestRing_bytes));
   store_ = std::make_unique<SampleStore>(width, budget_);
   sink_ = std::make_unique<Sink>(*this);
+  // Last: a flight that has its run has everything else too.
+  run_ = std::move(run);
   return SliceEnd::goes_on;
 } catch (const std::bad_alloc&) {
   end(slew_v1_FAILED, {kOutOfMemory, "there was no memory left to begin this experiment"});

@@ -1,4 +1,5 @@
-// What is known of an experiment's phase from what was done to it: the rules, without threads, clocks or wires.
+// What is known of an experiment's phase from what was done to it: the rules, without threads, clocks or
+// wires.
 #pragma once
 
 #include <string>

@@ -42,9 +42,9 @@ enum class Act {
   kill,
   stop
 };
-constexpr const char* kNames[] = {"submit",     "submit_again", "conflict",  "pause",      "resume",
-                                  "step",       "rate",         "cancel",    "nonsense",   "unknown",
-                                  "query",      "bad_query",    "disconnect", "kill",      "stop"};
+constexpr const char* kNames[] = {"submit", "submit_again", "conflict",   "pause",    "resume",
+                                  "step",   "rate",         "cancel",     "nonsense", "unknown",
+                                  "query",  "bad_query",    "disconnect", "kill",     "stop"};
 
 /// `which` chooses among the experiments there are, `how` among the ways to do it.
 struct Step {
@@ -54,7 +54,8 @@ struct Step {
 };
 
 std::ostream& operator<<(std::ostream& out, const Step& step) {
-  return out << "{Act::" << kNames[static_cast<int>(step.act)] << ", " << step.which << ", " << step.how << "}";
+  return out << "{Act::" << kNames[static_cast<int>(step.act)] << ", " << step.which << ", " << step.how
+             << "}";
 }
 
 std::vector<Step> random_steps(std::uint64_t seed, std::size_t count) {
@@ -130,8 +131,8 @@ class Play {
   void compare_all() {
     for (const auto& [id, one] : experiments_) await(id, one);
     const json history = ask("history", {{"limit", 1}});
-    require(history.at("total") == experiments_.size(), "history counts " + history.at("total").dump() +
-                                                            " of " + std::to_string(experiments_.size()));
+    require(history.at("total") == experiments_.size(),
+            "history counts " + history.at("total").dump() + " of " + std::to_string(experiments_.size()));
   }
 
  private:
@@ -169,8 +170,8 @@ class Play {
     one.text = body.dump();
     one.request_id = wire::Id::make();
     const auto said = session_->submit(one.text, one.request_id, kPatience);
-    require(said && said->phase != slew_v1_REJECTED, "a valid request was not accepted: " +
-                                                         (said ? said->json : std::string("silence")));
+    require(said && said->phase != slew_v1_REJECTED,
+            "a valid request was not accepted: " + (said ? said->json : std::string("silence")));
     one.model.submitted();
     const auto& place = experiments_.emplace(said->experiment_id, one).first;
     await(place->first, place->second);
@@ -185,7 +186,8 @@ class Play {
 
   void conflict(const One& one) {
     session_->forget(one.request_id);
-    const auto said = session_->submit(R"({"preset":"agrawal-bang-1995/rigid-sliding"})", one.request_id, kPatience);
+    const auto said =
+        session_->submit(R"({"preset":"agrawal-bang-1995/rigid-sliding"})", one.request_id, kPatience);
     require(said && said->code == "conflict",
             "another text under the same id: " + (said ? said->code : std::string("silence")));
   }
@@ -194,7 +196,8 @@ class Play {
                const std::string& expected) {
     const auto said = session_->control(action, id, value, kPatience);
     require(said.has_value(), "a control was not answered");
-    require(said->code == expected, "a control was answered " + said->code + ", not " + expected + ": " + said->json);
+    require(said->code == expected,
+            "a control was answered " + said->code + ", not " + expected + ": " + said->json);
     await(id, one);
   }
 
@@ -210,7 +213,8 @@ class Play {
   void await(const wire::Id& id, const One& one) {
     const std::string expected(wire::phase_name(one.model.phase));
     std::string found;
-    for (const auto until = std::chrono::steady_clock::now() + kPatience; std::chrono::steady_clock::now() < until;
+    for (const auto until = std::chrono::steady_clock::now() + kPatience;
+         std::chrono::steady_clock::now() < until;
          std::this_thread::sleep_for(std::chrono::milliseconds(1))) {
       const json shown = show(id);
       found = shown.at("phase");
@@ -223,9 +227,11 @@ class Play {
   }
 
   void query(const wire::Id& id, const One& one, unsigned how) {
-    const auto answer = session_->query(how % 2 ? "result" : "series", json{{"id", id.hex()}}.dump(), kPatience);
+    const auto answer =
+        session_->query(how % 2 ? "result" : "series", json{{"id", id.hex()}}.dump(), kPatience);
     require(answer.has_value(), "a query was not answered");
-    if (!one.model.has_ended()) return require(answer->code == "not_finished", "not ended, but " + answer->code);
+    if (!one.model.has_ended())
+      return require(answer->code == "not_finished", "not ended, but " + answer->code);
     if (how % 2) {
       require(answer->is_ok(), "an ended experiment without a result: " + answer->json);
       return require(json::parse(answer->json).at("phase") == wire::phase_name(one.model.phase),
@@ -236,12 +242,17 @@ class Play {
   }
 
   void bad_query(unsigned how) {
-    static const std::pair<const char*, const char*> bad[] = {
-        {"destroy", "{}"}, {"list", "[]"}, {"list", R"({"limit":-1})"}, {"show", R"({"id":"xyz"})"},
-        {"series", R"({"id":[1]})"}, {"describe", "{}"}, {"list", "{\"phase\":\"\xC3\"}"}};
+    static const std::pair<const char*, const char*> bad[] = {{"destroy", "{}"},
+                                                              {"list", "[]"},
+                                                              {"list", R"({"limit":-1})"},
+                                                              {"show", R"({"id":"xyz"})"},
+                                                              {"series", R"({"id":[1]})"},
+                                                              {"describe", "{}"},
+                                                              {"list", "{\"phase\":\"\xC3\"}"}};
     const auto& [kind, arguments] = bad[how % std::size(bad)];
     const auto answer = session_->query(kind, arguments, kPatience);
-    require(answer && answer->code == "invalid", std::string("the query ") + kind + arguments + " was answered " +
+    require(answer && answer->code == "invalid", std::string("the query ") + kind + arguments +
+                                                     " was answered " +
                                                      (answer ? answer->code : "by silence"));
   }
 
@@ -294,7 +305,8 @@ void expect_the_rules(std::uint64_t seed, std::size_t count) {
   auto steps = random_steps(seed, count);
   const auto wrong = play(steps);
   if (!wrong) return;
-  const auto shorter = shrink(steps, [](const std::vector<Step>& some) { return play(some).has_value(); }, 60);
+  const auto shorter = shrink(
+      steps, [](const std::vector<Step>& some) { return play(some).has_value(); }, 60);
   std::ostringstream text;
   for (const Step& step : shorter) text << "  " << step << ",\n";
   ADD_FAILURE() << "seed " << seed << ": " << *wrong << "\nshortened to:\n" << text.str();
