@@ -1,6 +1,6 @@
-// Cyclone DDS 0.10 waits for a span of time by adding it to the wall clock. Set that clock back by an hour and
-// its threads sleep an hour longer: no heartbeat, no discovery. A program that links the wire waits for the
-// same span by the monotonic clock, which nobody sets.
+// Cyclone DDS 0.10 waits for a span of time by adding it to the wall clock. Set that clock back by an hour
+// and its threads sleep an hour longer: no heartbeat, no discovery. A program that links the wire waits for
+// the same span by the monotonic clock, which nobody sets.
 #include <pthread.h>
 #include <time.h>
 
@@ -27,7 +27,8 @@ const bool kSteadyWaits = true;
 }  // namespace slew::wire
 
 #ifndef SLEW_WAITS_ARE_WATCHED
-extern "C" int pthread_cond_timedwait(pthread_cond_t* condition, pthread_mutex_t* mutex, const timespec* until) {
+extern "C" int pthread_cond_timedwait(pthread_cond_t* condition, pthread_mutex_t* mutex,
+                                      const timespec* until) {
   timespec wall{}, steady{};
   clock_gettime(CLOCK_REALTIME, &wall);
   clock_gettime(CLOCK_MONOTONIC, &steady);
@@ -35,7 +36,8 @@ extern "C" int pthread_cond_timedwait(pthread_cond_t* condition, pthread_mutex_t
   // "Never" is the largest number there is, or nearly.
   constexpr long kLongest_s = 1'000'000'000;
   const bool is_never = until->tv_sec - wall.tv_sec > kLongest_s;
-  const long end_ns = ns(steady) + (is_never ? kLongest_s * 1'000'000'000L : std::max(0L, ns(*until) - ns(wall)));
+  const long end_ns =
+      ns(steady) + (is_never ? kLongest_s * 1'000'000'000L : std::max(0L, ns(*until) - ns(wall)));
   const timespec end{end_ns / 1'000'000'000L, end_ns % 1'000'000'000L};
   return pthread_cond_clockwait(condition, mutex, CLOCK_MONOTONIC, &end);
 }

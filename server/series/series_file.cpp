@@ -6,6 +6,8 @@
 #include <mutex>
 #include <stdexcept>
 
+#include "server/series/seal.hpp"
+
 namespace slew {
 namespace {
 
@@ -146,10 +148,12 @@ std::vector<char> series_image(const ChannelTable& channels, const ColumnSource&
   std::vector<char> bytes(static_cast<std::size_t>(size));
   if (H5Fget_file_image(file, bytes.data(), bytes.size()) != size)
     throw std::runtime_error("HDF5 could not give the file's image");
+  seal(bytes);
   return bytes;
 }
 
 Series read_series(const std::filesystem::path& path, const SeriesSelection& selection) {
+  if (!is_sealed(path)) throw std::runtime_error("the series is damaged: it is not what was written");
   const std::lock_guard lock(library());
   quiet();
   const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose, "open the series");

@@ -1,5 +1,8 @@
 // The HDF5 form of a recorded series: `time`, and a dataset for each channel in the groups `state` and
 // `thrusters`, with `unit`, `frame` and `description` as attributes. Opens in h5py, Octave, MATLAB and Julia.
+//
+// Behind the end of what HDF5 looks at stands a seal over all bytes before it. A file whose seal does not fit
+// is not given to the HDF5 library, which trusts what it reads.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
-// Whatever the system does to the server: what was accepted ends, what cannot be taken is refused in words, and
-// one experiment's trouble is nobody else's.
+// Whatever the system does to the server: what was accepted ends, what cannot be taken is refused in words,
+// and one experiment's trouble is nobody else's.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -37,7 +37,8 @@ std::string phase_at_the_end(const ServerUnderTest& server, const std::string& i
   return shown.at("phase");
 }
 
-// ---- the disk -----------------------------------------------------------------------------------------------
+// ---- the disk
+// -----------------------------------------------------------------------------------------------
 
 class Disk : public testing::TestWithParam<Fault> {};
 
@@ -73,7 +74,8 @@ TEST_P(Disk, ThatRefusesAtTheStartIsToldByTheExitCodeAndASentence) {
   FaultyServer faulty;
   ServerUnderTest& server = faulty.server;
   faulty.faults.arm(GetParam());
-  Process refused(server.command(), server.state().parent_path() / (server.state().filename().string() + ".log"));
+  Process refused(server.command(),
+                  server.state().parent_path() / (server.state().filename().string() + ".log"));
   EXPECT_EQ(refused.wait(std::chrono::seconds(30)), 1);
   const auto log = server.state().parent_path() / (server.state().filename().string() + ".log");
   std::ostringstream text;
@@ -105,9 +107,7 @@ TEST_P(Disk, ThatFailsWhileTheSeriesIsWrittenCostsTheSeriesAndLeavesNothingBehin
 }
 
 INSTANTIATE_TEST_SUITE_P(FaultInjection, Disk, testing::Values(Fault::disk_full, Fault::disk_read_only),
-                         [](const auto& one) {
-                           return one.param == Fault::disk_full ? "Full" : "ReadOnly";
-                         });
+                         [](const auto& one) { return one.param == Fault::disk_full ? "Full" : "ReadOnly"; });
 
 // One life with a call that fails and one without: whatever was accepted has its end.
 void live_with_an_error_at(std::int64_t nth, std::int64_t& calls, std::int64_t& injected) {
@@ -167,7 +167,8 @@ TEST(FaultInjection, AnIoErrorAtEveryCallLosesNothingThatWasAccepted) {
   std::cout << total << " errors in lives of " << all << " calls\n";
 }
 
-// ---- the clock ----------------------------------------------------------------------------------------------
+// ---- the clock
+// ----------------------------------------------------------------------------------------------
 
 TEST(FaultInjection, AWallClockThatJumpsByAnHourChangesNoFlight) {
   FaultyServer faulty;
@@ -175,8 +176,7 @@ TEST(FaultInjection, AWallClockThatJumpsByAnHourChangesNoFlight) {
   server.start();
   const json alone = server.document({"run", "--preset", kPreset});
   const auto held = [&](const std::string& expires_s) {
-    return submit_paced(server, {"--set", "timing.start=held", "--set", "timing.expires_s=" + expires_s})
-        ;
+    return submit_paced(server, {"--set", "timing.start=held", "--set", "timing.expires_s=" + expires_s});
   };
   for (const std::int64_t jump_s : {3600, -3600}) {
     SCOPED_TRACE(jump_s);
@@ -198,13 +198,15 @@ TEST(FaultInjection, AWallClockThatJumpsByAnHourChangesNoFlight) {
   EXPECT_EQ(server.stop(), 0);
 }
 
-// ---- memory -------------------------------------------------------------------------------------------------
+// ---- memory
+// -------------------------------------------------------------------------------------------------
 
 TEST(FaultInjection, OutOfMemoryInOneExperimentIsItsOwnEnd) {
   FaultyServer faulty({"--workers", "1"});
   ServerUnderTest& server = faulty.server;
   server.start();
-  const std::vector<std::string> victim{"run", "--preset", kPreset, "--set", "telemetry.sample_period_s=0.001"};
+  const std::vector<std::string> victim{"run", "--preset", kPreset, "--set",
+                                        "telemetry.sample_period_s=0.001"};
   const std::string request = json{{"preset", kPreset}, {"telemetry", {{"sample_period_s", 0.001}}}}.dump();
   const json well = server.document(victim);
   faulty.faults.arm(Fault::no_memory, -1);
@@ -243,8 +245,9 @@ TEST(FaultInjection, OutOfMemoryInOneExperimentIsItsOwnEnd) {
 
 TEST(FaultInjection, WhatExperimentsRecordTogetherIsBounded) {
   const ServerUnderTest server({"--sample-memory", "4"});
-  const Finished large = server.ctl({"run", "--json", "--preset", kPreset, "--set", "stop.when=duration", "--set",
-                                     "simulation.duration_s=100", "--set", "telemetry.sample_period_s=0.0005"});
+  const Finished large =
+      server.ctl({"run", "--json", "--preset", kPreset, "--set", "stop.when=duration", "--set",
+                  "simulation.duration_s=100", "--set", "telemetry.sample_period_s=0.0005"});
   EXPECT_EQ(large.exit_code, 1);
   const json failure = json::parse(large.output).at("failure");
   EXPECT_EQ(failure.at("code"), "out_of_memory");
@@ -253,14 +256,15 @@ TEST(FaultInjection, WhatExperimentsRecordTogetherIsBounded) {
   for (int i = 0; i < 3; ++i) EXPECT_EQ(server.ctl({"run", "--preset", kPreset}).exit_code, 0);
 }
 
-// ---- the experiment itself ----------------------------------------------------------------------------------
+// ---- the experiment itself
+// ----------------------------------------------------------------------------------
 
 TEST(FaultInjection, AnExperimentThatDivergesFailsByNameAndAlone) {
   const ServerUnderTest server;
   const std::string neighbour = submit_paced(server);
-  const Finished diverging = server.ctl({"run", "--json", "--preset", "bryson-1994/lead-compensation", "--set",
-                                         "controller.zero_rad_s=3", "--set", "controller.pole_rad_s=0.5", "--set",
-                                         "simulation.duration_s=2000"});
+  const Finished diverging = server.ctl({"run", "--json", "--preset", "bryson-1994/lead-compensation",
+                                         "--set", "controller.zero_rad_s=3", "--set",
+                                         "controller.pole_rad_s=0.5", "--set", "simulation.duration_s=2000"});
   EXPECT_EQ(diverging.exit_code, 1) << diverging.errors;
   const json result = json::parse(diverging.output);
   EXPECT_EQ(result.at("failure").at("code"), "diverged") << result.at("failure");
@@ -269,7 +273,8 @@ TEST(FaultInjection, AnExperimentThatDivergesFailsByNameAndAlone) {
             digest_of(server.document({"run", "--preset", kPreset})));
 }
 
-// ---- a step that does not end -------------------------------------------------------------------------------
+// ---- a step that does not end
+// -------------------------------------------------------------------------------
 
 TEST(FaultInjection, AStepThatDoesNotEndDoesNotKeepTheServer) {
   FaultyServer faulty({"--drain", "0.5", "--workers", "1", "--pacers", "1"});
@@ -278,9 +283,7 @@ TEST(FaultInjection, AStepThatDoesNotEndDoesNotKeepTheServer) {
   const std::string paced =
       submit_paced(server, {"--set", "stop.when=duration", "--set", "simulation.duration_s=1000"});
   const std::string as_fast =
-      server
-          .document({"submit", "--preset", kPreset, "--set", "timing.start=held"})
-          .at("experiment_id");
+      server.document({"submit", "--preset", kPreset, "--set", "timing.start=held"}).at("experiment_id");
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
   faulty.faults.arm(Fault::hang);
   EXPECT_EQ(server.ctl({"resume", as_fast}).exit_code, 0);

@@ -9,7 +9,7 @@ namespace slew::test {
 
 enum class Fault : std::int32_t {
   none,
-  disk_full,      ///< nothing more can be written
+  disk_full,  ///< nothing more can be written
   disk_read_only,
   io_error_once,  ///< at the n-th call
   no_memory,      ///< the n-th large piece asked for by a worker is not there

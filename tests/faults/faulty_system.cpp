@@ -1,5 +1,6 @@
 // The system that a program under test gets by LD_PRELOAD: files below one directory that refuse, memory that
-// is not there, a wall clock that is set, a thread that does not come back. Without a plan it changes nothing.
+// is not there, a wall clock that is set, a thread that does not come back. Without a plan it changes
+// nothing.
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -220,7 +221,8 @@ int mkdir(const char* path, mode_t mode) noexcept {
 // Large pieces only: those are an experiment's samples, tables and rings.
 void* malloc(size_t count) noexcept {
   constexpr size_t kLarge = 1024;
-  if (plan && count >= kLarge && plan->fault == Fault::no_memory && thread_is_named("worker-") && is_the_nth()) {
+  if (plan && count >= kLarge && plan->fault == Fault::no_memory && thread_is_named("worker-") &&
+      is_the_nth()) {
     errno = ENOMEM;
     return nullptr;
   }
