@@ -61,6 +61,10 @@ int serve(int argc, char** argv) {
   app.add_option("--dds-profile", profile, "Cyclone DDS configuration (XML); without it: loopback only")
       ->envname("SLEW_DDS_PROFILE")
       ->check(CLI::ExistingFile);
+  app.add_option("--security", options.domain.identity,
+                 "DDS Security: the directory of an identity, made by deploy/security/make-identities")
+      ->envname("SLEW_SECURITY")
+      ->check(CLI::ExistingDirectory);
   app.add_option("--state-dir", options.state_directory, "where journal and series are kept")
       ->capture_default_str();
   app.add_option("--workers", options.workers, "threads for as-fast work")

@@ -49,8 +49,6 @@ struct Session::Wire {
   explicit Wire(const SessionOptions& session_options)
       : options(session_options),
         domain(session_options.domain),
-        request(domain),
-        control(domain),
         query(domain),
         reply(domain),
         answer(domain),
@@ -58,6 +56,15 @@ struct Session::Wire {
         server(domain),
         waitset(domain) {
     if (options.sender.empty()) options.sender = user_at_host();
+    try {
+      request.emplace(domain);
+      control.emplace(domain);
+    } catch (const wire::WireError&) {
+      // DDS makes no writer of what an identity's permissions do not name.
+      if (!domain.identity()) throw;
+      request.reset();
+      control.reset();
+    }
     for (const dds_entity_t reader : {reply.entity(), answer.entity(), experiment.entity(), server.entity()})
       waitset.attach(reader);
   }
@@ -110,8 +117,8 @@ struct Session::Wire {
 
   SessionOptions options;
   wire::Domain domain;
-  wire::Writer<slew_v1_Request> request;
-  wire::Writer<slew_v1_Control> control;
+  std::optional<wire::Writer<slew_v1_Request>> request;  ///< none for one who may not command
+  std::optional<wire::Writer<slew_v1_Control>> control;
   wire::Writer<slew_v1_Query> query;
   wire::Reader<slew_v1_Reply> reply;
   wire::Reader<slew_v1_Answer> answer;
@@ -131,11 +138,15 @@ const wire::Domain& Session::domain() const {
   return wire_->domain;
 }
 
+bool Session::may_command() const {
+  return wire_->request && wire_->control;
+}
+
 bool Session::wait_for_server(Duration timeout) {
   const auto deadline = after(timeout);
   const auto is_matched = [this] {
-    return wire_->request.matched() > 0 && wire_->query.matched() > 0 && wire_->reply.matched() > 0 &&
-           wire_->answer.matched() > 0;
+    return (!wire_->request || wire_->request->matched() > 0) && wire_->query.matched() > 0 &&
+           wire_->reply.matched() > 0 && wire_->answer.matched() > 0;
   };
   while (!is_matched()) {
     if (Clock::now() >= deadline) return false;
@@ -145,6 +156,7 @@ bool Session::wait_for_server(Duration timeout) {
 }
 
 std::optional<Reply> Session::submit(const std::string& json, const wire::Id& request_id, Duration timeout) {
+  if (!may_command()) return std::nullopt;
   slew_v1_Request request{};
   request_id.store(request.request_id);
   wire::store(wire_->options.client_id, request.client_id);
@@ -157,14 +169,14 @@ std::optional<Reply> Session::submit(const std::string& json, const wire::Id& re
   while (!first && Clock::now() < deadline) {
     if (Clock::now() >= again) {
       // A full reader on the server's side makes this wait for 2 s at most; then it is tried again.
-      wire_->request.write(request);
+      wire_->request->write(request);
       again = Clock::now() + kSilenceBeforeRequestAgain;
     }
     wire_->waitset.wait(kLook);
     wire_->collect({});
     if (const auto& said = wire_->replies[request_id]; !said.empty()) first = said.front();
   }
-  wire_->request.unregister(request);
+  wire_->request->unregister(request);
   return first;
 }
 
@@ -224,6 +236,7 @@ std::optional<Reply> Session::wait_for_end(const wire::Id& request_id, Duration 
 
 std::optional<Reply> Session::control(Action action, const wire::Id& experiment_id, double value,
                                       Duration timeout) {
+  if (!may_command()) return std::nullopt;
   const auto request_id = wire::Id::make();
   slew_v1_Control control{};
   request_id.store(control.request_id);
@@ -251,14 +264,14 @@ std::optional<Reply> Session::control(Action action, const wire::Id& experiment_
   wire_->awaited.insert(request_id);
   const auto deadline = after(timeout);
   // Not repeated: a step that is taken twice is another step.
-  wire_->control.write(control);
+  wire_->control->write(control);
   std::optional<Reply> said;
   while (!said && Clock::now() < deadline) {
     wire_->waitset.wait(kLook);
     wire_->collect({});
     if (const auto& replies = wire_->replies[request_id]; !replies.empty()) said = replies.front();
   }
-  wire_->control.unregister(control);
+  wire_->control->unregister(control);
   wire_->no_longer_awaited(request_id);
   return said;
 }

@@ -50,8 +50,11 @@ class Session {
 
   const wire::Domain& domain() const;
 
-  /// Whether a server takes requests within the time. DDS does not say why not: there is none, or it does not
-  /// permit this client.
+  /// Whether this client's own permissions let it request and control; without DDS Security everybody's do.
+  bool may_command() const;
+
+  /// Whether a server takes requests (of one who may not command: queries) within the time. DDS does not say
+  /// why not: there is none, or it does not permit this client.
   bool wait_for_server(Duration timeout);
 
   /// Writes the request and waits for the first word on it; writes it again after a second of silence, which

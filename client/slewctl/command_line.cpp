@@ -59,6 +59,10 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
                  "Cyclone DDS configuration (XML); without it: loopback only")
       ->envname("SLEW_DDS_PROFILE")
       ->check(CLI::ExistingFile);
+  app.add_option("--security", options.identity,
+                 "DDS Security: the directory of an identity, made by deploy/security/make-identities")
+      ->envname("SLEW_SECURITY")
+      ->check(CLI::ExistingDirectory);
   app.add_option("--client-id", options.client_id, "the name under which as-fast work is shared out")
       ->capture_default_str();
   app.add_option("--connect", options.connect_s, "seconds to look for a server")

@@ -26,12 +26,28 @@ std::string read_all(const std::string& file) {
   return text.str();
 }
 
+bool needs_to_command(Command command) {
+  switch (command) {
+    case Command::run:
+    case Command::submit:
+    case Command::cancel:
+    case Command::pause:
+    case Command::resume:
+    case Command::step:
+    case Command::rate:
+      return true;
+    default:
+      return false;
+  }
+}
+
 }  // namespace
 
 client::SessionOptions session_options(const Options& options) {
   client::SessionOptions session;
   session.domain.domain = options.domain;
   if (!options.dds_profile.empty()) session.domain.profile = read_all(options.dds_profile);
+  session.domain.identity = options.identity;
   session.client_id = options.client_id;
   return session;
 }
@@ -43,6 +59,8 @@ client::Duration seconds(double value) {
 std::unique_ptr<client::Session> connect(const Options& options) {
   try {
     auto session = std::make_unique<client::Session>(session_options(options));
+    if (needs_to_command(options.command) && !session->may_command())
+      throw Stop{kNoServer, "this identity may query and watch, not request or control"};
     if (session->wait_for_server(seconds(options.connect_s))) return session;
   } catch (const wire::WireError& error) {
     throw Stop{kNoServer, error.what()};

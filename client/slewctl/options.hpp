@@ -38,6 +38,7 @@ struct Options {
   // everywhere
   std::uint32_t domain = 1;
   std::string dds_profile;  ///< path
+  std::string identity;     ///< a directory
   std::string client_id = "slewctl";
   bool json = false;
   bool quiet = false;

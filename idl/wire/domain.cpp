@@ -65,7 +65,8 @@ Domain::Domain(const DomainOptions& options) : id_(options.domain) {
   if (options.domain < 1 || options.domain > kLargestDomain)
     throw WireError("the DDS domain must be between 1 and " + std::to_string(kLargestDomain) + ", not " +
                     std::to_string(options.domain));
-  const std::string& profile = options.profile.empty() ? loopback_profile() : options.profile;
+  std::string profile = options.profile.empty() ? loopback_profile() : options.profile;
+  if (!options.identity.empty()) profile = identity_.emplace(options.identity).joined_to(profile);
 
   LogCapture log;
   const dds_entity_t domain = dds_create_domain(options.domain, profile.c_str());
@@ -73,8 +74,10 @@ Domain::Domain(const DomainOptions& options) : id_(options.domain) {
   domain_ = Entity(domain);
   const dds_entity_t participant = dds_create_participant(options.domain, nullptr, nullptr);
   if (participant < 0)
-    throw WireError(in_words("DDS gave no participant (are all 100 places on this host taken?)", participant,
-                             log.text()));
+    throw WireError(in_words(identity_ ? "DDS gave no participant to this identity (was it tampered with, or "
+                                         "are all 100 places on this host taken?)"
+                                       : "DDS gave no participant (are all 100 places on this host taken?)",
+                             participant, log.text()));
   participant_ = Entity(participant);
 }
 

@@ -1,5 +1,6 @@
-// A seal at a file's end: 8 octets that name it and XXH3-128 over everything before them. Tells a file that was
-// cut short, or of which a bit has turned, from the one that was written; it is no protection against intent.
+// A seal at a file's end: 8 octets that name it and XXH3-128 over everything before them. Tells a file that
+// was cut short, or of which a bit has turned, from the one that was written; it is no protection against
+// intent.
 #pragma once
 
 #include <filesystem>

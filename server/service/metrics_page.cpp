@@ -117,11 +117,15 @@ MetricsPage::MetricsPage(int port) : page_(std::make_unique<Page>()) {
     throw std::runtime_error("the metrics port " + std::to_string(port) + " is taken");
 }
 
-void MetricsPage::serve(std::function<slew_v1_Server()> health, const Lateness& lateness) {
-  page_->server.Get("/metrics", [health = std::move(health), &lateness](const httplib::Request&,
-                                                                        httplib::Response& response) {
-    response.set_content(prometheus::TextSerializer().Serialize(families(health(), lateness)),
-                         "text/plain; version=0.0.4");
+void MetricsPage::serve(std::function<slew_v1_Server()> health, const Lateness& lateness,
+                        std::optional<std::int64_t> certificate_expires_unix_s) {
+  page_->server.Get("/metrics", [health = std::move(health), &lateness, certificate_expires_unix_s](
+                                    const httplib::Request&, httplib::Response& response) {
+    auto all = families(health(), lateness);
+    if (certificate_expires_unix_s)
+      all.push_back(gauge("slewd_certificate_expires_time_seconds",
+                          "when the server's certificate runs out, since 1970", *certificate_expires_unix_s));
+    response.set_content(prometheus::TextSerializer().Serialize(all), "text/plain; version=0.0.4");
   });
   page_->thread = std::thread([this] {
     name_this_thread("metrics");

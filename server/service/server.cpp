@@ -113,7 +113,14 @@ Server::Server(const ServerOptions& options)
       Intake::Outlets{
           .launch = [this](const FlightPointer& flight) { launch(flight); },
           .wish = [this](const FlightPointer& flight, const Wishes& wishes) { wish(flight, wishes); }});
-  if (metrics_page_) metrics_page_->serve([this] { return health(); }, paced_->lateness());
+  std::optional<std::int64_t> expires_unix_s;
+  if (const auto* identity = domain_.identity()) {
+    expires_unix_s = identity->expires_unix_s();
+    const std::int64_t days_left = (*expires_unix_s - unix_ns() / 1'000'000'000) / 86400;
+    spdlog::log(days_left < 30 ? spdlog::level::warn : spdlog::level::info,
+                "DDS Security is on; the certificate runs out in {} days", days_left);
+  }
+  if (metrics_page_) metrics_page_->serve([this] { return health(); }, paced_->lateness(), expires_unix_s);
   health_thread_ = std::thread([this] {
     name_this_thread("health");
     watch_health();

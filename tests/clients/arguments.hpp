@@ -39,6 +39,9 @@ class Arguments {
     app.add_option("--dds-profile", profile_, "Cyclone DDS configuration (XML); without it: loopback only")
         ->envname("SLEW_DDS_PROFILE")
         ->check(CLI::ExistingFile);
+    app.add_option("--security", domain_.identity, "DDS Security: the directory of an identity")
+        ->envname("SLEW_SECURITY")
+        ->check(CLI::ExistingDirectory);
     app.add_option("--for", for_s, "end after so many seconds at the latest")
         ->check(CLI::Range(0.0, 1e6))
         ->capture_default_str();

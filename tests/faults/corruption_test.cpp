@@ -1,5 +1,5 @@
-// Journal and archive tampered with, byte by byte, and files cut short: refused in words or read as far as they
-// go, and never a crash. SLEW_EVERY_BYTE: of the journal too (minutes); without it a part of them.
+// Journal and archive tampered with, byte by byte, and files cut short: refused in words or read as far as
+// they go, and never a crash. SLEW_EVERY_BYTE: of the journal too (minutes); without it a part of them.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -36,7 +36,8 @@ void set_byte(const std::filesystem::path& file, std::size_t at, char value) {
   stream.put(value);
 }
 
-// ---- the archive --------------------------------------------------------------------------------------------
+// ---- the archive
+// --------------------------------------------------------------------------------------------
 
 class ArchiveCorruption : public testing::Test {
  protected:
@@ -93,7 +94,8 @@ TEST(Corruption, OfASeriesIsToldToWhoAsksAndToNobodyElse) {
   EXPECT_EQ(server.ctl({"result", damaged}).exit_code, 0);
 }
 
-// ---- the journal --------------------------------------------------------------------------------------------
+// ---- the journal
+// --------------------------------------------------------------------------------------------
 
 service::JournalEntry entry(const std::string& request) {
   service::JournalEntry made;
@@ -217,7 +219,8 @@ TEST(Corruption, OfAJournalLetsTheServerServeOrSayWhy) {
     std::filesystem::resize_file(server.state() / "log", 0);
     Process process(server.command(), server.state() / "log");
     Process probe(server.ctl_command({"history", "--connect", "20"}), {});
-    while (process.is_running() && probe.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    while (process.is_running() && probe.is_running())
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
     if (process.is_running()) {
       ++served;
       const int code = server.ctl({"run", "--preset", kPreset}).exit_code;
