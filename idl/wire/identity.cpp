@@ -15,7 +15,8 @@
 namespace slew::wire {
 namespace {
 
-constexpr const char* kFiles[] = {"ca.pem", "certificate.pem", "key.pem", "governance.p7s", "permissions.p7s"};
+constexpr const char* kFiles[] = {"ca.pem", "certificate.pem", "key.pem", "governance.p7s",
+                                  "permissions.p7s"};
 
 using File = std::unique_ptr<std::FILE, decltype(&std::fclose)>;
 using Certificate = std::unique_ptr<X509, decltype(&X509_free)>;
@@ -44,7 +45,8 @@ std::int64_t end_of(const std::filesystem::path& file) {
   const std::int64_t begin = unix_s(X509_get0_notBefore(certificate.get()));
   const std::int64_t end = unix_s(X509_get0_notAfter(certificate.get()));
   const std::int64_t now = std::time(nullptr);
-  if (now < begin) throw WireError("the certificate " + file.string() + " holds from " + day(begin) + " only");
+  if (now < begin)
+    throw WireError("the certificate " + file.string() + " holds from " + day(begin) + " only");
   if (now >= end) throw WireError("the certificate " + file.string() + " ran out on " + day(end));
   return end;
 }
@@ -66,7 +68,8 @@ Identity::Identity(std::filesystem::path directory) : directory_(std::filesystem
   for (const char* name : kFiles) {
     const auto file = directory_ / name;
     const File stream(std::fopen(file.c_str(), "re"), std::fclose);
-    if (!stream) throw WireError("the identity's file " + file.string() + " cannot be read: " + std::strerror(errno));
+    if (!stream)
+      throw WireError("the identity's file " + file.string() + " cannot be read: " + std::strerror(errno));
   }
   expires_unix_s_ = std::min(end_of(directory_ / "certificate.pem"), end_of(directory_ / "ca.pem"));
 }
@@ -77,21 +80,35 @@ std::string Identity::joined_to(const std::string& profile) const {
       "<Security><Authentication>"
       "<Library path=\"dds_security_auth\" initFunction=\"init_authentication\" "
       "finalizeFunction=\"finalize_authentication\"/>"
-      "<IdentityCA>" + file("ca.pem") + "</IdentityCA>"
-      "<IdentityCertificate>" + file("certificate.pem") + "</IdentityCertificate>"
-      "<PrivateKey>" + file("key.pem") + "</PrivateKey>"
+      "<IdentityCA>" +
+      file("ca.pem") +
+      "</IdentityCA>"
+      "<IdentityCertificate>" +
+      file("certificate.pem") +
+      "</IdentityCertificate>"
+      "<PrivateKey>" +
+      file("key.pem") +
+      "</PrivateKey>"
       "</Authentication><Cryptographic>"
-      "<Library path=\"dds_security_crypto\" initFunction=\"init_crypto\" finalizeFunction=\"finalize_crypto\"/>"
+      "<Library path=\"dds_security_crypto\" initFunction=\"init_crypto\" "
+      "finalizeFunction=\"finalize_crypto\"/>"
       "</Cryptographic><AccessControl>"
       "<Library path=\"dds_security_ac\" initFunction=\"init_access_control\" "
       "finalizeFunction=\"finalize_access_control\"/>"
-      "<Governance>" + file("governance.p7s") + "</Governance>"
-      "<PermissionsCA>" + file("ca.pem") + "</PermissionsCA>"
-      "<Permissions>" + file("permissions.p7s") + "</Permissions>"
+      "<Governance>" +
+      file("governance.p7s") +
+      "</Governance>"
+      "<PermissionsCA>" +
+      file("ca.pem") +
+      "</PermissionsCA>"
+      "<Permissions>" +
+      file("permissions.p7s") +
+      "</Permissions>"
       "</AccessControl></Security></Domain>";
   std::string joined = profile;
   replace_all(joined, "</Domain>", security);
-  if (joined == profile) throw WireError("the DDS profile has no <Domain> that an identity could be joined to");
+  if (joined == profile)
+    throw WireError("the DDS profile has no <Domain> that an identity could be joined to");
   return joined;
 }
 

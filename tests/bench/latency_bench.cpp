@@ -68,12 +68,20 @@ void print_ddsperf(std::uint32_t domain) {
               std::stod(last[2]), std::stod(last[3]));
 }
 
-void measure(const char* slewd, const std::filesystem::path& state, const char* where, int count) {
+// `identities`: where deploy/security/make-identities put them; empty: without DDS Security.
+void measure(const char* slewd, const std::filesystem::path& state, const char* where, int count,
+             const std::filesystem::path& identities = {}) {
   const test::DomainLease lease;
-  test::Process server({slewd, "--domain", std::to_string(lease.domain()), "--state-dir", state.string(),
-                        "--log-level", "warn"},
-                       {});
-  const wire::Domain domain({lease.domain(), ""});
+  std::vector<std::string> command{slewd,         "--domain",     std::to_string(lease.domain()),
+                                   "--state-dir", state.string(), "--log-level",
+                                   "warn"};
+  wire::DomainOptions options{lease.domain(), ""};
+  if (!identities.empty()) {
+    command.insert(command.end(), {"--security", (identities / "server").string()});
+    options.identity = (identities / "operator").string();
+  }
+  test::Process server(command, {});
+  const wire::Domain domain(options);
   wire::Writer<slew_v1_Request> request(domain);
   wire::Reader<slew_v1_Reply> reply(domain);
   wire::Reader<slew_v1_State> state_reader(domain);
@@ -139,6 +147,13 @@ int main(int argc, char** argv) {
   std::filesystem::create_directory(memory);
   measure(argv[1], memory, "tmpfs", count);
   std::filesystem::remove_all(memory);
+  const test::TemporaryDirectory identities;
+  if (test::run({"/bin/bash", SLEW_SOURCE_DIR "/deploy/security/make-identities", identities.path().string()})
+          .exit_code == 0) {
+    std::filesystem::create_directory(memory);
+    measure(argv[1], memory, "tmpfs, DDS Security", count, identities.path());
+    std::filesystem::remove_all(memory);
+  }
   const test::TemporaryDirectory disk;
   measure(argv[1], disk.path(), "disk", count);
   return 0;

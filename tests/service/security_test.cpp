@@ -1,5 +1,5 @@
-// Who may do what with DDS Security on: operators request and control, viewers query and watch, nobody else gets
-// anything.
+// Who may do what with DDS Security on: operators request and control, viewers query and watch, nobody else
+// gets anything.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -116,10 +116,10 @@ TEST_F(Security, AnOperatorDoesEverythingAndGetsTheSameBits) {
 }
 
 TEST_F(Security, AViewerQueriesAndWatchesButDoesNotCommand) {
-  const std::string id =
-      server_->document({"submit", "--preset", kPreset, "--set", "timing.mode=real_time", "--set",
-                         "stop.when=duration", "--set", "simulation.duration_s=600"})
-          .at("experiment_id");
+  const std::string id = server_
+                             ->document({"submit", "--preset", kPreset, "--set", "timing.mode=real_time",
+                                         "--set", "stop.when=duration", "--set", "simulation.duration_s=600"})
+                             .at("experiment_id");
   const Acting viewer(identities_ / "viewer");
   EXPECT_EQ(server_->document({"show", id}).at("phase"), "running");
   EXPECT_EQ(ctl({"history"}).exit_code, 0);
@@ -146,8 +146,8 @@ TEST_F(Security, AStrangerGetsNothing) {
   const Finished watched = ctl({"watch", "--all", "--csv", "--for", "3"});
   EXPECT_EQ(watched.output, "");
   // Not even what is kept for late joiners.
-  EXPECT_EQ(run({std::string(SLEW_CLIENTS) + "/census", "--domain", std::to_string(server_->domain()), "--for",
-                 "3"})
+  EXPECT_EQ(run({std::string(SLEW_CLIENTS) + "/census", "--domain", std::to_string(server_->domain()),
+                 "--for", "3"})
                 .exit_code,
             3);
 }
@@ -162,8 +162,7 @@ TEST_F(Security, TamperedPermissionsGetNothing) {
   std::string text = text_of(tampered / "permissions.p7s");
   const auto place = text.find("slew/v1/query");
   ASSERT_NE(place, std::string::npos);
-  std::ofstream(tampered / "permissions.p7s", std::ios::binary)
-      << text.replace(place, 13, "slew/v1/requ*");
+  std::ofstream(tampered / "permissions.p7s", std::ios::binary) << text.replace(place, 13, "slew/v1/requ*");
   const Acting forger(tampered);
   expect_nothing("tampered");
 }
@@ -176,7 +175,8 @@ TEST_F(Security, AnothersPermissionsGetNothing) {
   expect_nothing("tampered");
 }
 
-// Who signs permissions of one's own under a certificate that is good: one's own side of DDS has no objection.
+// Who signs permissions of one's own under a certificate that is good: one's own side of DDS has no
+// objection.
 TEST_F(Security, SelfSignedPermissionsGetNothing) {
   const auto own = made("own");
   const Acting nobody("");
@@ -229,8 +229,8 @@ TEST_F(Security, AServerWhoseCertificateRanOutDoesNotStart) {
                                 (identities_ / "old").string()});
   EXPECT_EQ(refused.exit_code, 1);
   EXPECT_NE(refused.errors.find("ran out on"), std::string::npos) << refused.errors;
-  const Finished incomplete =
-      run({SLEWD, "--domain", "99", "--state-dir", state.path().string(), "--security", state.path().string()});
+  const Finished incomplete = run(
+      {SLEWD, "--domain", "99", "--state-dir", state.path().string(), "--security", state.path().string()});
   EXPECT_EQ(incomplete.exit_code, 1);
   EXPECT_NE(incomplete.errors.find("ca.pem cannot be read"), std::string::npos) << incomplete.errors;
 }
@@ -245,8 +245,8 @@ TEST_F(Security, TheEndOfTheCertificateIsAMetric) {
   const auto place = got.output.find(name);
   ASSERT_NE(place, std::string::npos) << got.output;
   const wire::Identity identity(identities_ / "server");
-  EXPECT_NEAR(std::stod(got.output.substr(place + name.size())), static_cast<double>(identity.expires_unix_s()),
-              86400);
+  EXPECT_NEAR(std::stod(got.output.substr(place + name.size())),
+              static_cast<double>(identity.expires_unix_s()), 86400);
   EXPECT_GT(identity.expires_unix_s(), std::time(nullptr) + 800 * 86400);
 }
 
