@@ -78,11 +78,12 @@ struct Session::Wire {
                              std::string(wire::view(said.code)), std::string(wire::view(said.json))});
     });
     answer.take([this](const slew_v1_Answer& said, const dds_sample_info_t& info) {
-      const auto pages = answers.find(wire::Id::from(said.request_id));
-      if (!info.valid_data || pages == answers.end() || said.pages == 0 || said.page >= said.pages) return;
-      pages->second.code = wire::view(said.code);
-      pages->second.texts.resize(said.pages);
-      pages->second.texts[said.page] = std::string(wire::view(said.json));
+      const auto all = answers.find(wire::Id::from(said.request_id));
+      if (!info.valid_data || all == answers.end() || said.pages == 0 || said.page >= said.pages) return;
+      Pages& pages = all->second[info.publication_handle];
+      pages.code = wire::view(said.code);
+      pages.texts.resize(said.pages);
+      pages.texts[said.page] = std::string(wire::view(said.json));
     });
     experiment.take([&](const slew_v1_Experiment& status, const dds_sample_info_t& info) {
       if (info.valid_data && watcher) watcher(status);
@@ -127,7 +128,7 @@ struct Session::Wire {
   wire::Waitset waitset;
   std::set<wire::Id> awaited;
   std::map<wire::Id, std::vector<Reply>> replies;
-  std::map<wire::Id, Pages> answers;
+  std::map<wire::Id, std::map<dds_instance_handle_t, Pages>> answers;  ///< of each server that answers
   std::map<wire::Id, slew_v1_Server> servers;
 };
 
@@ -287,7 +288,7 @@ std::optional<Answer> Session::query(const std::string& kind, const std::string&
     wire::store(wire_->options.client_id, query.client_id);
     wire::store(kind, query.kind);
     query.json = wire::borrowed(arguments);
-    auto& pages = wire_->answers[request_id];
+    const auto& answers = wire_->answers[request_id];
     wire_->query.write(query);
     // Silence counts from the last page: a long answer is not asked for again while it is coming.
     auto silent_since = Clock::now();
@@ -295,14 +296,18 @@ std::optional<Answer> Session::query(const std::string& kind, const std::string&
     while (Clock::now() < deadline && Clock::now() - silent_since < kSilenceBeforeQueryAgain) {
       wire_->waitset.wait(kLook);
       wire_->collect({});
-      std::size_t now_heard = 0;
-      for (const auto& text : pages.texts) now_heard += text.has_value();
+      std::size_t now_heard = 0, servers = 0;
+      for (const auto& [server, pages] : answers) {
+        for (const auto& text : pages.texts) now_heard += text.has_value();
+        if (!pages.is_whole() || (whole && whole->is_ok())) continue;
+        ++servers;
+        whole = Answer{pages.code, ""};
+        for (const auto& text : pages.texts) whole->json += *text;
+      }
       if (now_heard != heard) silent_since = Clock::now();
       heard = now_heard;
-      if (!pages.is_whole()) continue;
-      whole = Answer{pages.code, ""};
-      for (const auto& text : pages.texts) whole->json += *text;
-      break;
+      // Where there are several servers, what one does not know another may.
+      if (whole && (whole->is_ok() || servers >= wire_->answer.matched())) break;
     }
     wire_->query.unregister(query);
     wire_->answers.erase(request_id);

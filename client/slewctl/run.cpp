@@ -98,7 +98,8 @@ int run(const Options& options) {
                                 id};
     reply = *last;
   }
-  const json result = ask(*session, "result", {{"id", id}});
+  // Of the server that has said the last word, where there are two.
+  const json result = ask(*session, "result", {{"id", reply.experiment_id.hex()}});
   if (options.json)
     print_json(result);
   else
