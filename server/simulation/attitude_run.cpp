@@ -29,6 +29,7 @@ constexpr std::array<double, 5> kNodes{0, 0.25, 0.5, 0.75, 1};
 /// adds, rad: its error is x^5/120, below 1e-13. And of a sinusoidal disturbance's phase, of which it makes
 /// x^4/2880.
 constexpr double kTurnPerStep_rad = 0.006, kPhasePerStep_rad = 0.03;
+constexpr double kMostPartsOfASegment = 1e7;
 constexpr int kChangesAtOneInstant = 256;
 
 /// What the triggers of the channels look at, and behind them |p|^2.
@@ -665,7 +666,8 @@ void AttitudeRun::fly_segment(double limit_s) {
   if (!hold_.torque_slope_N_m_s.isZero(0))
     turns = std::max(turns, std::cbrt((loop_->inverse_inertia() * hold_.torque_slope_N_m_s).norm()));
   const double parts = h * std::max(turns / kTurnPerStep_rad, fastest_disturbance_rad_s_ / kPhasePerStep_rad);
-  if (!std::isfinite(parts))
+  // Also where it would take so many steps to follow a body that spins faster and faster that none would end.
+  if (!(parts < kMostPartsOfASegment))
     return fail("diverged", "the state has grown beyond what can be calculated with");
   if (parts > 1) {
     h /= std::ceil(parts);

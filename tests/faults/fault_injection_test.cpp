@@ -268,6 +268,21 @@ TEST(FaultInjection, AnExperimentThatDivergesFailsByNameAndAlone) {
   EXPECT_EQ(diverging.exit_code, 1) << diverging.errors;
   const json result = json::parse(diverging.output);
   EXPECT_EQ(result.at("failure").at("code"), "diverged") << result.at("failure");
+  // A body that is spun twice as fast with every sample: to follow it for ever would not end.
+  const json spinning = {{"plant", {{"type", "rigid_body"}, {"inertia_kg_m2", {100, 110, 120}}}},
+                         {"actuator", {{"type", "ideal_torque"}}},
+                         {"controller",
+                          {{"type", "rate_damping"},
+                           {"damping_N_m_s", 300},
+                           {"evaluation", {{"type", "sampled"}, {"period_s", 1}}}}},
+                         {"maneuver",
+                          {{"type", "three_axis"},
+                           {"initial_rate_deg_s", {1, 1, 1}},
+                           {"initial_attitude", {{"type", "mrp"}, {"value", {0, 0, 0}}}}}},
+                         {"simulation", {{"duration_s", 3000}}}};
+  const Finished spun = server.ctl({"run", "--json", "-"}, spinning.dump());
+  EXPECT_EQ(spun.exit_code, 1) << spun.errors;
+  EXPECT_EQ(json::parse(spun.output).at("failure").at("code"), "diverged");
   EXPECT_EQ(phase_at_the_end(server, neighbour), "completed");
   EXPECT_EQ(digest_of(server.document({"result", neighbour})),
             digest_of(server.document({"run", "--preset", kPreset})));

@@ -16,8 +16,7 @@ using namespace slew;
 
 class File {
  public:
-  explicit File(const char* name)
-      : path("/dev/shm/slewd-fuzz-" + std::to_string(getpid()) + name) {}
+  explicit File(const char* name) : path("/dev/shm/slewd-fuzz-" + std::to_string(getpid()) + name) {}
   ~File() { std::filesystem::remove(path); }
   void put(const char* bytes, std::size_t size) const {
     std::ofstream(path, std::ios::binary | std::ios::trunc).write(bytes, static_cast<std::streamsize>(size));

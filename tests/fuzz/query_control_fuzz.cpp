@@ -1,5 +1,5 @@
-// Queries and controls as a client may write them, over DDS, to the threads that answer them. Every one of them
-// is answered, and every answer is JSON.
+// Queries and controls as a client may write them, over DDS, to the threads that answer them. Every one of
+// them is answered, and every answer is JSON.
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
@@ -48,7 +48,8 @@ class Listening {
     ended.result = "{}";
     journal_.finish(ended, [](const std::string&) {});
     journal_.flush();
-    while (query_.matched() == 0 || control_.matched() == 0 || reply_.matched() == 0 || answer_.matched() == 0)
+    while (query_.matched() == 0 || control_.matched() == 0 || reply_.matched() == 0 ||
+           answer_.matched() == 0)
       usleep(1000);
   }
 
@@ -102,7 +103,8 @@ class Listening {
   // Nobody else's: the process is alone in its domain.
   static std::string profile() {
     return "<CycloneDDS><Domain id=\"any\"><General><Interfaces><NetworkInterface name=\"lo\"/></Interfaces>"
-           "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>none</ParticipantIndex>"
+           "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>none</"
+           "ParticipantIndex>"
            "</Discovery></Domain></CycloneDDS>";
   }
   template <typename Done>

@@ -69,9 +69,9 @@ TEST_F(Network, ThatLosesFivePercentEachWayLosesNothingThatIsReliable) {
   const auto heard = state_.path() / "heard", asked = state_.path() / "asked";
   Process recorder = client("recorder", {"--for", "40", "--until-ended", "26"}, heard);
   std::this_thread::sleep_for(std::chrono::seconds(3));
-  Process requester = client("requester", {"--count", "25", "--per-second", "5", "--paced", "0.2", "--preset",
-                                           kPreset, "--for", "120"},
-                             asked);
+  Process requester = client(
+      "requester",
+      {"--count", "25", "--per-second", "5", "--paced", "0.2", "--preset", kPreset, "--for", "120"}, asked);
   EXPECT_EQ(requester.wait(std::chrono::seconds(150)), 0) << report(asked);
   EXPECT_EQ(report(asked).at("unanswered"), 0);
   EXPECT_EQ(report(asked).at("submitted"), 25);
@@ -95,8 +95,8 @@ TEST_F(Network, ThatIsCutForAWhileLosesNothingThatWasAccepted) {
   for (const int cut_s : {2, 8}) {
     SCOPED_TRACE(cut_s);
     const auto output = state_.path() / ("run" + std::to_string(cut_s));
-    Process waiting(ctl_command({"run", "--json", "-q", "--preset", kPreset, "--set", "timing.mode=scaled", "--set",
-                                 "timing.rate=0.5"}),
+    Process waiting(ctl_command({"run", "--json", "-q", "--preset", kPreset, "--set", "timing.mode=scaled",
+                                 "--set", "timing.rate=0.5"}),
                     output);
     // Until it flies; then nobody hears anybody.
     for (int i = 0; i < 400; ++i) {
@@ -115,11 +115,13 @@ TEST_F(Network, ThatIsCutForAWhileLosesNothingThatWasAccepted) {
 
 TEST_F(Network, ThatIsCutWhileTheServerIsKilledIsOutlived) {
   const auto output = state_.path() / "run";
-  Process waiting(ctl_command({"run", "--json", "-q", "--preset", kPreset, "--set", "timing.start=held"}), output);
+  Process waiting(ctl_command({"run", "--json", "-q", "--preset", kPreset, "--set", "timing.start=held"}),
+                  output);
   std::string id;
   for (int i = 0; i < 400 && id.empty(); ++i) {
     const Finished listed = ctl({"list", "--json", "--phase", "held"});
-    if (const json held = json::parse(listed.output, nullptr, false); !held.is_discarded() && held["total"] == 1)
+    if (const json held = json::parse(listed.output, nullptr, false);
+        !held.is_discarded() && held["total"] == 1)
       id = held.at("experiments").at(0).at("experiment_id");
   }
   ASSERT_FALSE(id.empty());

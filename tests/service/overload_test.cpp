@@ -1,5 +1,5 @@
-// More than a server can take, all at once: a flood, readers that do not read, readers that die, twins. What can
-// not be taken is refused, what was taken is done, and no number changes.
+// More than a server can take, all at once: a flood, readers that do not read, readers that die, twins. What
+// can not be taken is refused, what was taken is done, and no number changes.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -47,9 +47,9 @@ TEST(Overload, AFloodAmongStalledAndDyingReadersChangesNoNumberAndLosesNothing) 
   for (std::size_t i = 2; i < readers.size(); i += 3) readers[i].signal(SIGSTOP);
   const auto asked = server.state() / "asked";
   const int count = SLEW_IS_SANITIZED ? 300 : 1500;
-  Process flood = client(server, "requester", {"--count", std::to_string(count), "--paced", "0.02", "--preset",
-                                               kPreset, "--for", "250"},
-                         asked);
+  Process flood = client(
+      server, "requester",
+      {"--count", std::to_string(count), "--paced", "0.02", "--preset", kPreset, "--for", "250"}, asked);
   for (int i = 0; i < 3; ++i) EXPECT_EQ(digest_of(server.document(paced)), digest_of(alone));
   // Who dies without a word is noticed by its lease only.
   readers[0].signal(SIGKILL);
@@ -62,9 +62,11 @@ TEST(Overload, AFloodAmongStalledAndDyingReadersChangesNoNumberAndLosesNothing) 
 
 TEST(Overload, APacedRequestTooManyIsToldSoWithTheFigures) {
   const ServerUnderTest server({"--pacers", "1"});
-  const std::vector<std::string> heavy{"submit", "--json", "--preset", kPreset, "--set", "timing.mode=real_time",
-                                       "--set", "timing.start=held", "--set",
-                                       "simulation.ballast_operations_per_step=100000"};
+  const std::vector<std::string> heavy{"submit",   "--json",
+                                       "--preset", kPreset,
+                                       "--set",    "timing.mode=real_time",
+                                       "--set",    "timing.start=held",
+                                       "--set",    "simulation.ballast_operations_per_step=100000"};
   int accepted = 0;
   Finished last;
   for (int i = 0; i < 200; ++i) {
@@ -106,9 +108,9 @@ TEST(Overload, TwoServersWithOneIdGiveOneAnswer) {
 TEST(Overload, RestartsOfEitherSideLoseNothing) {
   ServerUnderTest server({"--drain", "0.2"});
   const auto asked = server.state() / "asked";
-  Process requester = client(server, "requester", {"--count", "60", "--per-second", "10", "--paced", "0", "--preset",
-                                                   kPreset, "--for", "200"},
-                             asked);
+  Process requester = client(
+      server, "requester",
+      {"--count", "60", "--per-second", "10", "--paced", "0", "--preset", kPreset, "--for", "200"}, asked);
   for (int i = 0; i < 4; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(1200));
     if (i % 2)

@@ -63,17 +63,18 @@ class TwoHosts {
   }
   const std::filesystem::path& home() const { return home_.path(); }
 
-  /// So many percent of what arrives on either side is lost; 100: the cable is cut, 0: all is well. False where
-  /// the system does not permit it.
+  /// So many percent of what arrives on either side is lost; 100: the cable is cut, 0: all is well. False
+  /// where the system does not permit it.
   bool lose(int percent) const {
     bool all = true;
     for (const std::string& host : {ship_, ground_}) {
       std::string rules = "table inet lossy { }; delete table inet lossy; ";
       if (percent > 0)
-        rules += "add table inet lossy; add chain inet lossy in { type filter hook input priority 0 ; }; "
-                 "add rule inet lossy in iifname cable* meta l4proto udp " +
-                 (percent < 100 ? "numgen random mod 100 < " + std::to_string(percent) + " drop"
-                                : std::string("drop"));
+        rules +=
+            "add table inet lossy; add chain inet lossy in { type filter hook input priority 0 ; }; "
+            "add rule inet lossy in iifname cable* meta l4proto udp " +
+            (percent < 100 ? "numgen random mod 100 < " + std::to_string(percent) + " drop"
+                           : std::string("drop"));
       all = run({ip_program(), "netns", "exec", host, "/usr/sbin/nft", rules}).exit_code == 0 && all;
     }
     return all;
@@ -84,8 +85,8 @@ class TwoHosts {
                               const std::vector<std::string>& command) const {
     std::vector<std::string> line{ip_program(), "netns", "exec", host, "/usr/bin/env", "-i"};
     line.insert(line.end(), environment.begin(), environment.end());
-    line.insert(line.end(),
-                {"PATH=/usr/bin:/bin", "HOME=" + home_.path().string(), "SLEW_DDS_PROFILE=" + kUnicastProfile});
+    line.insert(line.end(), {"PATH=/usr/bin:/bin", "HOME=" + home_.path().string(),
+                             "SLEW_DDS_PROFILE=" + kUnicastProfile});
     for (const char* sanitizers : {"ASAN_OPTIONS", "TSAN_OPTIONS", "UBSAN_OPTIONS"})
       if (const char* value = std::getenv(sanitizers)) line.push_back(std::string(sanitizers) + "=" + value);
     line.insert(line.end(), command.begin(), command.end());
