@@ -11,7 +11,7 @@ namespace slew::wire {
 class Identity {
  public:
   /// Checks that everything is there and that the dates of the certificates hold now. Throws WireError.
-  explicit Identity(std::filesystem::path directory);
+  explicit Identity(const std::filesystem::path& directory);
 
   /// When the first of the certificates runs out, seconds since 1970.
   std::int64_t expires_unix_s() const { return expires_unix_s_; }
