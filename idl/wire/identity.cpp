@@ -64,7 +64,8 @@ std::string escaped(std::string text) {
 
 }  // namespace
 
-Identity::Identity(const std::filesystem::path& directory) : directory_(std::filesystem::absolute(directory)) {
+Identity::Identity(const std::filesystem::path& directory)
+    : directory_(std::filesystem::absolute(directory)) {
   for (const char* name : kFiles) {
     const auto file = directory_ / name;
     const File stream(std::fopen(file.c_str(), "re"), std::fclose);

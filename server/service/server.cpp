@@ -105,6 +105,11 @@ Server::Server(const ServerOptions& options)
     return !draining_ && finisher_->backlog() < kLargestBacklog;
   });
   paced_ = std::make_unique<PacedLane>(options.pacers, *publisher_, black_box_);
+  planning_ = std::make_unique<PlanningLane>(
+      options.state_directory / "plans", black_box_,
+      PlanningLane::Outlets{.planned = [this](const FlightPointer& flight) { relaunch(flight); },
+                            .over = [this](const FlightPointer& flight) { publisher_->over(flight); },
+                            .news = [this](const FlightPointer& flight) { publisher_->planning(flight); }});
   queries_ = std::make_unique<Queries>(domain_, registry_, archive_, journal_file);
   timetable_ = std::make_unique<Timetable>();
   recover();
@@ -147,6 +152,7 @@ Server::~Server() {
   timetable_.reset();
   queries_.reset();
   journal_->flush();  // acceptances on their way to a lane
+  planning_.reset();
   publisher_->close();
   paced_.reset();
   as_fast_.reset();
@@ -159,7 +165,10 @@ Server::~Server() {
 void Server::launch(const FlightPointer& flight) {
   if (!flight->is_paced()) flight->enter(slew_v1_QUEUED);
   schedule(flight);
-  relaunch(flight);
+  if (flight->awaits_plan())
+    planning_->submit(flight);
+  else
+    relaunch(flight);
 }
 
 // What the request wants to happen at a wall time.
@@ -190,8 +199,10 @@ void Server::schedule(const FlightPointer& flight) {
 void Server::wish(const FlightPointer& flight, const Wishes& wishes) {
   if (flight->wish(wishes))
     relaunch(flight);
-  else if (wishes.cancel || wishes.expire)
+  else if (wishes.cancel || wishes.expire || wishes.interrupt) {
+    planning_->expedite(flight);
     as_fast_->expedite(flight);
+  }
 }
 
 void Server::relaunch(const FlightPointer& flight) {
@@ -282,12 +293,14 @@ bool Server::drain() {
   };
   wait(from_seconds(options_.drain_s),
        [this] { return as_fast_->under_way() == 0 && paced_->flying() == 0; });
+  planning_->close();
   for (const FlightPointer& flight : interrupted_by_a_drain()) {
     Wishes wishes;
     wishes.interrupt = true;
     wish(flight, wishes);
   }
-  wait(std::chrono::seconds(2), [this] { return interrupted_by_a_drain().empty(); });
+  wait(std::chrono::seconds(2),
+       [this] { return interrupted_by_a_drain().empty() && planning_->size() == 0; });
   as_fast_->stop();
   paced_->stop();
   wait(std::chrono::seconds(2), [this] { return as_fast_->in_slice() + paced_->in_slice() == 0; });
@@ -381,7 +394,7 @@ slew_v1_Server Server::health() const {
   std::size_t held = 0;
   registry_.page(slew_v1_HELD, 0, 0, held);
   status.held = static_cast<std::uint32_t>(held);
-  status.queued = static_cast<std::uint32_t>(as_fast_->waiting());
+  status.queued = static_cast<std::uint32_t>(as_fast_->waiting() + planning_->size());
   status.paced = static_cast<std::uint32_t>(paced_->flying());
   status.running = static_cast<std::uint32_t>(as_fast_->under_way() + paced_->flying());
   status.queue_limit = static_cast<std::uint32_t>(limits().max_queued_experiments);

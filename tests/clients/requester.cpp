@@ -54,12 +54,14 @@ std::string random_request(const Options& options, std::mt19937_64& random) {
   json maneuver = {{"initial_angle_deg", 20 * unit(random) - 10}};
   if (base.at("maneuver").at("type") == "three_axis")
     maneuver = {{"initial_rate_deg_s", {unit(random) - 0.5, unit(random) - 0.5, unit(random) - 0.5}}};
-  json request = {
-      {"preset", preset},
-      {"plant", {{"inertia_kg_m2", scaled(base.at("plant").at("inertia_kg_m2"), 1 + 0.4 * unit(random))}}},
-      {"maneuver", maneuver},
-      {"simulation", {{"seed", random() % 1000}}},
-      {"telemetry", {{"publish_max_hz", random() % 3 * 50}}}};
+  json request = {{"preset", preset},
+                  {"simulation", {{"seed", random() % 1000}}},
+                  {"telemetry", {{"publish_max_hz", random() % 3 * 50}}}};
+  // A maneuver that is planned is planned once, and may not exist for other bodies.
+  if (!base.contains("guidance")) {
+    request["plant"]["inertia_kg_m2"] = scaled(base.at("plant").at("inertia_kg_m2"), 1 + 0.4 * unit(random));
+    request["maneuver"] = maneuver;
+  }
   if (unit(random) < options.real_time_share) {
     constexpr double kFastest = 1000;
     const double rate = base.at("simulation").at("duration_s").get<double>() / (0.5 + 4.5 * unit(random));
