@@ -87,6 +87,12 @@ class Server:
                 "descriptors": len(list((proc / "fd").iterdir())),
                 "threads": len(list((proc / "task").iterdir()))}
 
+    def others(self):
+        """Processes that serve its domain besides it."""
+        code, output, _ = self.ctl("server", "--json")
+        heard = json.loads(output) if code == 0 else []
+        return [one["process_id"] for one in heard if one["process_id"] != self.process.pid]
+
     def instances(self):
         """What it keeps for late joiners, by topic; None when it did not answer."""
         census = self.client("census", "--settle", "2", "--for", "20")
