@@ -30,6 +30,13 @@ Telemetry::Telemetry(const wire::Domain& domain, wire::Delivery delivery)
     waitset_.attach(reader);
 }
 
+// DDS waits for room in a full cache with the thread by which it lets go of readers: a lossless one that
+// nobody takes from any more would never be let go of.
+Telemetry::~Telemetry() {
+  state_.take([](const slew_v1_State&, const dds_sample_info_t&) {}, SIZE_MAX);
+  thrusters_.take([](const slew_v1_Thrusters&, const dds_sample_info_t&) {}, SIZE_MAX);
+}
+
 bool Telemetry::poll(std::chrono::nanoseconds timeout, const Listener& listener) {
   const bool arrived = waitset_.wait(timeout);
   take_channels(listener);

@@ -41,6 +41,9 @@ class Telemetry {
 
   /// The domain must outlive it. One thread at a time.
   explicit Telemetry(const wire::Domain& domain, wire::Delivery delivery = wire::Delivery::reliable);
+  ~Telemetry();
+  Telemetry(const Telemetry&) = delete;
+  Telemetry& operator=(const Telemetry&) = delete;
 
   /// Waits for something to arrive and hands it on; true unless the time ran out.
   bool poll(std::chrono::nanoseconds timeout, const Listener& listener);

@@ -162,6 +162,7 @@ class Flight {
   std::optional<Verification> verification_;
 
   std::atomic<wire::Phase> phase_{slew_v1_ACCEPTED};
+  wire::Phase ending_ = slew_v1_COMPLETED;  ///< the lane's own
   std::atomic<double> t_sim_s_{0};
   std::atomic<double> rate_{0};
   std::atomic<double> planning_progress_{0};
@@ -182,15 +183,13 @@ class Flight {
   std::atomic<bool> has_wishes_{false};
   bool parked_ = false;       ///< behind mutex_
   bool awaits_room_ = false;  ///< behind mutex_
+  bool paused_ = false;       ///< the lane's own, as is what follows
 
-  // the lane's own
   Anchor anchor_;
-  bool paused_ = false;
   std::optional<std::int64_t> start_unix_ns_;
   double cost_processor_s_ = 0;  ///< since the rate changed
   double cost_wall_s_ = 0;
   std::optional<double> step_until_s_;
-  wire::Phase ending_ = slew_v1_COMPLETED;
   RunFailure failure_;
 };
 

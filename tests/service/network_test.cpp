@@ -81,12 +81,15 @@ TEST_F(Network, ThatLosesFivePercentEachWayLosesNothingThatIsReliable) {
   EXPECT_EQ(recorder.wait(std::chrono::seconds(60)), 0);
   const json told = report(heard);
   EXPECT_TRUE(told.at("sound").get<bool>());
-  int whole = 0;
+  // Some are not to be published at all; the first ones were over before the recorder came.
+  int published = 0, whole = 0;
   for (const json& one : told.at("experiments")) {
     EXPECT_EQ(one.at("out_of_order"), 0);
-    whole += one.at("received").get<long>() > 0;
+    published += one.at("published").get<long>() > 0;
+    whole += one.at("published").get<long>() > 0 && one.at("received") == one.at("published");
   }
-  EXPECT_GE(whole, 20) << told;
+  EXPECT_GT(published, 10);
+  EXPECT_GE(whole, published - 2) << told;
 }
 
 TEST_F(Network, ThatIsCutForAWhileLosesNothingThatWasAccepted) {

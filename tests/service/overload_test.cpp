@@ -60,6 +60,19 @@ TEST(Overload, AFloodAmongStalledAndDyingReadersChangesNoNumberAndLosesNothing) 
   EXPECT_LT(server.document({"server"}).at(0).at("resident_bytes").get<double>(), 1e9);
 }
 
+// What it holds up is held up no longer than it lives.
+TEST(Overload, ALosslessReaderThatHasStalledStillComesToItsEnd) {
+  const ServerUnderTest server;
+  Process stalled = client(server, "stalling_subscriber", {"--after", "0.5", "--for", "8", "--lossless"});
+  std::this_thread::sleep_for(std::chrono::milliseconds(1200));
+  // More batches than its cache holds.
+  Process run(server.ctl_command({"run", "--preset", kPreset, "--set", "telemetry.lossless=true", "--set",
+                                  "telemetry.sample_period_s=0.00001"}),
+              {});
+  EXPECT_EQ(stalled.wait(std::chrono::seconds(60)), 0);
+  EXPECT_EQ(run.wait(std::chrono::seconds(60)), 0);
+}
+
 TEST(Overload, APacedRequestTooManyIsToldSoWithTheFigures) {
   const ServerUnderTest server({"--pacers", "1"});
   const std::vector<std::string> heavy{"submit",   "--json",

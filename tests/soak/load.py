@@ -6,6 +6,7 @@ Everybody notes what must not happen in `faults`; who is asked to stop ends what
 import json
 import random
 import signal
+import subprocess
 import threading
 import time
 
@@ -107,7 +108,13 @@ class Subscriber(Party):
                 process.send_signal(signal.SIGSTOP)
                 self.stop.wait(self.random.uniform(1, 10))
             process.kill()
-        output, errors = process.communicate()
+        try:
+            output, errors = process.communicate(timeout=120)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            output, errors = process.communicate()
+            self.tally.fault(f"{program} {arguments} on {self.server.name} did not come to its end")
+            return
         self.tally.add(f"{self.server.name}: subscribers")
         if end == "itself" and process.returncode != 0:
             self.tally.fault(f"{program} {arguments} on {self.server.name}: {process.returncode} {output} {errors}")
