@@ -76,15 +76,22 @@ MatrixXd krylov_basis(const SlewingStructure& structure, const MatrixXd& loads,
     throw std::domain_error(std::to_string(count) + " vectors are more than the " + std::to_string(n - 6) +
                             " degrees of freedom that can deform");
   MatrixXd vectors(n, count), right = loads;
+  // r^T M^-1 r of the right-hand sides r.
+  VectorXd size = (loads.transpose() * structure.mass.ldlt().solve(loads)).diagonal();
   for (std::size_t i = 0; i < shifts_rad_s.size(); ++i) {
-    const double shift = shifts_rad_s[i];
-    const MatrixXd shifted = structure.stiffness - shift * shift * structure.mass;
-    const MatrixXd block = shifted.partialPivLu().solve(right);
-    if (!block.allFinite())
-      throw std::domain_error("a shift of " + text(shift) + " rad/s is on a natural frequency");
-    vectors.middleCols(each * static_cast<Index>(i), each) = block;
+    const double square = shifts_rad_s[i] * shifts_rad_s[i];
+    const MatrixXd block = (structure.stiffness - square * structure.mass).partialPivLu().solve(right);
+    right = structure.mass * block;
+    const VectorXd mass = block.cwiseProduct(right).colwise().sum();
+    // Some w^2 is no farther from s^2 than |r| / |v| in these norms.
+    if (!block.allFinite() ||
+        (size.array().abs() < mass.array() * std::pow(2 * kOnFrequency * square, 2)).any())
+      throw std::domain_error("a shift of " + text(shifts_rad_s[i]) + " rad/s is on a natural frequency");
     // Any scale will do for what only spans a space; without it a chain of blocks would underflow.
-    right = structure.mass * (block / block.cwiseAbs().maxCoeff());
+    const double scale = block.cwiseAbs().maxCoeff();
+    vectors.middleCols(each * static_cast<Index>(i), each) = block / scale;
+    right /= scale;
+    size = mass / (scale * scale);
   }
   return orthonormal(structure, vectors.bottomRows(n - 6));
 }

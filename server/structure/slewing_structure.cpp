@@ -167,6 +167,10 @@ SlewingStructure slewing_structure(const AssembledFrame& frame, const Vector3d& 
     assembly.add_point(part.centre_m, part.mass_kg, motions);
     assembly.add_inertia(part.inertia_kg_m2, part.first_coordinate + 3);
   }
+  // The hub's, from the mass matrix: it knows the members' polar inertia too.
+  const Vector3d momentum = out.mass.block<3, 3>(3, 3) * out.axis;
+  out.tangential_load.segment<3>(3) = momentum;
+  out.centrifugal_load.segment<3>(3) = out.axis.cross(momentum);
   return out;
 }
 

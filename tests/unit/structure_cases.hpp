@@ -5,7 +5,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/structure/space_frame.hpp"
+#include "server/simulation/structure.hpp"
+#include "server/simulation/structure_system.hpp"
 
 namespace slew::test {
 
@@ -47,6 +48,56 @@ inline SpaceFrame scole() {
     frame.beams.push_back({from, to, antenna, Eigen::Vector3d::Zero(), {}, {}});
   frame.plates.push_back({0, 202.1241, {1.3716, 2.12852, 0.008819485096790267}, Eigen::Vector3d::Zero()});
   return frame;
+}
+
+inline std::vector<NodeMotion> along(std::size_t node, std::size_t first, std::size_t count) {
+  std::vector<NodeMotion> motions;
+  for (std::size_t i = 0; i < count; ++i) motions.push_back({node, first + i});
+  return motions;
+}
+
+/// Twelve degrees of freedom: two vectors at 55 rad/s, four at 10.
+inline KrylovVectors scole_vectors() {
+  return {{55, 10, 10}, along(kScoleTip, 0, 2)};
+}
+
+/// The 30 deg roll, shaped for the first mode; nobody controls it.
+inline StructureSpecification scole_slew() {
+  StructureSpecification spec;
+  spec.frame = scole();
+  spec.axis = Eigen::Vector3d::UnitX();
+  spec.alpha_1_s = spec.beta_s = 0.01;
+  spec.plant = scole_vectors();
+  spec.antenna_node = kScoleHub;
+  spec.guidance = {.torque_N_m = 20 * kFootPound_N_m,
+                   .pulse_rad_s = 4,
+                   .angle_rad = std::numbers::pi / 6,
+                   .shaper = ShaperType::zero_vibration,
+                   .shaped_modes = {0},
+                   .known_modes = {},
+                   .loads = ZeroOrderLoads::all};
+  spec.actuators = {{"shuttle_force", along(0, 0, 3)},
+                    {"shuttle_torque", along(0, 3, 3)},
+                    {"tip_torque", along(kScoleTip, 3, 3)}};
+  spec.sensors = {{along(kScoleTip, 0, 3), true, true}};
+  spec.settling = {AntennaQuantity::pointing, 0.02 * std::numbers::pi / 180, true};
+  spec.duration_s = 12;
+  spec.telemetry_period_s = 0.01;
+  return spec;
+}
+
+enum class ScoleCase { a, b, open, rigid, open_ideal, rigid_d };
+
+inline StructureSpecification scole_slew(ScoleCase which) {
+  StructureSpecification spec = scole_slew();
+  if (which == ScoleCase::open) spec.guidance.loads = ZeroOrderLoads::about_axis_only;
+  if (which == ScoleCase::open || which == ScoleCase::open_ideal) return spec;
+  StructureControl& control = spec.control.emplace();
+  control.design = spec.plant;
+  control.tracked_modes = which == ScoleCase::a || which == ScoleCase::b ? 2 : 0;
+  control.gains.knows_loads = control.filter_knows_loads =
+      which == ScoleCase::a || which == ScoleCase::rigid_d;
+  return spec;
 }
 
 }  // namespace slew::test
