@@ -7,12 +7,12 @@
 namespace slew {
 
 struct OptimalSurface {
-  Eigen::MatrixXd gain;                 ///< G, one row for each input
-  Eigen::VectorXcd sliding_eigenvalues; ///< of the motion on it: as many as states less inputs
+  Eigen::MatrixXd gain;                  ///< G, one row for each input
+  Eigen::VectorXcd sliding_eigenvalues;  ///< of the motion on it: as many as states less inputs
 };
 
-/// Q symmetric, positive semidefinite, positive definite on the inputs' range. Throws std::domain_error with a
-/// sentence where inputs depend on each other, or where nothing on the surface can be made stable.
+/// Q symmetric, positive semidefinite, positive definite on the inputs' range. Throws std::domain_error with
+/// a sentence where inputs depend on each other, or where nothing on the surface can be made stable.
 OptimalSurface optimal_surface(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b, const Eigen::MatrixXd& q);
 
 }  // namespace slew

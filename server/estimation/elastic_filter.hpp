@@ -9,15 +9,15 @@
 namespace slew {
 
 struct FilterIntensities {
-  double process = 1e-3;         ///< Qp
-  double measurement = 1e-4;     ///< Qm
-  double initial_covariance = 0; ///< P(0) over the identity; 0: the structure is known to be at rest
+  double process = 1e-3;          ///< Qp
+  double measurement = 1e-4;      ///< Qm
+  double initial_covariance = 0;  ///< P(0) over the identity; 0: the structure is known to be at rest
 };
 
 struct ElasticFilter {
-  Eigen::MatrixXd state;     ///< A
-  Eigen::MatrixXd output;    ///< C
-  Eigen::MatrixXd process;   ///< Qp G G^T
+  Eigen::MatrixXd state;    ///< A
+  Eigen::MatrixXd output;   ///< C
+  Eigen::MatrixXd process;  ///< Qp G G^T
   FilterIntensities intensities;
 
   Eigen::Index size() const { return state.rows(); }

@@ -1,6 +1,6 @@
-// Start, coast, stop: a pulse T sin^2(W t) of one sign, one of the other (Sung, Lee & Kim 2001, Eqs. 21 to 23,
-// corrected), shaped or not. For a rest-to-rest slew about a fixed axis; as torque over inertia it is known
-// for all times in closed form.
+// Start, coast, stop: a pulse T sin^2(W t) of one sign, one of the other (Sung, Lee & Kim 2001, Eqs. 21 to
+// 23, corrected), shaped or not. For a rest-to-rest slew about a fixed axis; as torque over inertia it is
+// known for all times in closed form.
 #pragma once
 
 #include <vector>

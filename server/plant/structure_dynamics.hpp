@@ -1,4 +1,5 @@
-// A structure that slews, solved for its accelerations (Sung, Lee & Kim 2001, Eq. 8, with C = alpha M + beta K):
+// A structure that slews, solved for its accelerations (Sung, Lee & Kim 2001, Eq. 8, with C = alpha M + beta
+// K):
 //   z'' = -(K + theta'' Ka + theta'^2 Kw) z - (C + theta' G1) z' + B u - fa theta'' - fw theta'^2,
 // each matrix here with M^-1 before it.
 #pragma once

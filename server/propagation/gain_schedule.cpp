@@ -35,11 +35,12 @@ GainSchedule::GainSchedule(const ElasticFilter& filter, double until_s, double r
   solver.memory = ERKStepCreate(&covariance_rate, 0.0, solver.state, solver.context);
   if (!solver.memory) throw std::bad_alloc();
   // What is asked of it is an unchanging function of the filter.
-  check_sundials(ERKStepSetUserData(solver.memory, const_cast<ElasticFilter*>(&filter)), "ERKStepSetUserData");
+  check_sundials(ERKStepSetUserData(solver.memory, const_cast<ElasticFilter*>(&filter)),
+                 "ERKStepSetUserData");
   check_sundials(ERKStepSetTableNum(solver.memory, ARKODE_VERNER_8_5_6), "ERKStepSetTableNum");
-  check_sundials(
-      ERKStepSStolerances(solver.memory, relative_tolerance, relative_tolerance * steady.cwiseAbs().maxCoeff()),
-      "ERKStepSStolerances");
+  check_sundials(ERKStepSStolerances(solver.memory, relative_tolerance,
+                                     relative_tolerance * steady.cwiseAbs().maxCoeff()),
+                 "ERKStepSStolerances");
   check_sundials(ERKStepSetMaxNumSteps(solver.memory, 10000000), "ERKStepSetMaxNumSteps");
   check_sundials(ERKStepSetStopTime(solver.memory, until_s), "ERKStepSetStopTime");
   keep(filter, 0, covariance);

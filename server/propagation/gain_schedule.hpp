@@ -1,5 +1,5 @@
-// The gain of a Kalman filter over time, its Riccati equation integrated by SUNDIALS. No flight changes it, so
-// it is known before the first; in between its places it is a polynomial of the fifth degree through gain,
+// The gain of a Kalman filter over time, its Riccati equation integrated by SUNDIALS. No flight changes it,
+// so it is known before the first; in between its places it is a polynomial of the fifth degree through gain,
 // slope and curvature.
 #pragma once
 

@@ -21,16 +21,17 @@ std::vector<Impulse> impulses_for(const StructureGuidance& guidance, const Reduc
     const FreeModes free = free_modes(design);
     for (const Index mode : guidance.shaped_modes) {
       if (mode >= free.frequency_rad_s.size())
-        throw std::invalid_argument("the design model has only " + std::to_string(free.frequency_rad_s.size()) +
-                                    " modes to shape for");
+        throw std::invalid_argument("the design model has only " +
+                                    std::to_string(free.frequency_rad_s.size()) + " modes to shape for");
       const double frequency = free.frequency_rad_s[mode];
       modes.push_back({frequency, damping_ratio(alpha_1_s, beta_s, frequency)});
     }
   }
   for (const KnownMode& mode : modes) {
     if (!(mode.damping_ratio < 1))
-      throw std::invalid_argument("a mode that does not oscillate cannot be shaped for: its damping ratio is " +
-                                  std::to_string(mode.damping_ratio));
+      throw std::invalid_argument(
+          "a mode that does not oscillate cannot be shaped for: its damping ratio is " +
+          std::to_string(mode.damping_ratio));
     const auto impulses = guidance.shaper == ShaperType::zero_vibration
                               ? zero_vibration(mode.frequency_rad_s, mode.damping_ratio)
                               : zero_vibration_and_derivative(mode.frequency_rad_s, mode.damping_ratio);
@@ -56,7 +57,8 @@ void check_observability(const ReducedStructure& design, const MatrixXd& output)
   for (Index mode = 0; mode < n; ++mode) {
     const auto shape = free.shapes.col(mode);
     const double seen = (output.leftCols(n) * shape).norm() + (output.rightCols(n) * shape).norm();
-    const double most = (design.basis.bottomRightCorner(design.basis.rows() - 6, n) * shape).cwiseAbs().maxCoeff();
+    const double most =
+        (design.basis.bottomRightCorner(design.basis.rows() - 6, n) * shape).cwiseAbs().maxCoeff();
     if (!(seen > kUnseen * most))
       throw std::domain_error("the sensors do not see mode " + std::to_string(mode + 1) +
                               " of the design model, at " + std::to_string(free.frequency_rad_s[mode]) +
@@ -67,9 +69,8 @@ void check_observability(const ReducedStructure& design, const MatrixXd& output)
 StructureController controller_of(const StructureSpecification& spec, const SlewingStructure& structure,
                                   const ReducedStructure& design) {
   const StructureControl& control = *spec.control;
-  const StructureDynamics dynamics =
-      structure_dynamics(design, spec.alpha_1_s, spec.beta_s, actuator_loads(spec, structure),
-                         ZeroOrderLoads::all);
+  const StructureDynamics dynamics = structure_dynamics(design, spec.alpha_1_s, spec.beta_s,
+                                                        actuator_loads(spec, structure), ZeroOrderLoads::all);
   const Index n = design.elastic();
   if (control.tracked_modes > n)
     throw std::invalid_argument("the design model has only " + std::to_string(n) + " modes to track");
@@ -87,8 +88,8 @@ StructureController controller_of(const StructureSpecification& spec, const Slew
   MatrixXd input = MatrixXd::Zero(2 * n, dynamics.inputs());
   input.bottomRows(n) = dynamics.input.bottomRows(n);
   GainSchedule gains(filter, spec.duration_s, 0.1 * spec.relative_tolerance);
-  return {std::move(tracking), std::move(filter), std::move(law), std::move(gains), std::move(known),
-          std::move(input)};
+  return {std::move(tracking), std::move(filter), std::move(law),
+          std::move(gains),    std::move(known),  std::move(input)};
 }
 
 }  // namespace
@@ -103,7 +104,8 @@ MatrixXd elastic_basis(const StructureElements& elements, const ElasticReduction
   const auto& [frame, structure] = elements;
   if (const auto* clamped = std::get_if<ClampedModes>(&reduction))
     return clamped_basis(frame, structure, clamped->count);
-  if (const auto* free = std::get_if<HubFreeModes>(&reduction)) return free_basis(frame, structure, free->count);
+  if (const auto* free = std::get_if<HubFreeModes>(&reduction))
+    return free_basis(frame, structure, free->count);
   if (const auto* krylov = std::get_if<KrylovVectors>(&reduction)) {
     MatrixXd loads(structure.size(), static_cast<Index>(krylov->loads.size()));
     for (std::size_t i = 0; i < krylov->loads.size(); ++i)
@@ -158,9 +160,9 @@ std::shared_ptr<const StructureSystem> build_structure_system(const StructureSpe
   MatrixXd sensors = sensor_rows(spec, structure, plant);
   std::optional<StructureController> controller;
   if (spec.control) controller = controller_of(spec, structure, design);
-  return std::make_shared<const StructureSystem>(StructureSystem{
-      std::move(elements), std::move(plant), std::move(design), std::move(dynamics), std::move(command),
-      std::move(antenna), std::move(sensors), std::move(controller)});
+  return std::make_shared<const StructureSystem>(
+      StructureSystem{std::move(elements), std::move(plant), std::move(design), std::move(dynamics),
+                      std::move(command), std::move(antenna), std::move(sensors), std::move(controller)});
 }
 
 }  // namespace slew

@@ -46,7 +46,8 @@ struct StructureSystem {
 };
 
 /// Generalized loads of the actuators over x.
-Eigen::MatrixXd actuator_loads(const StructureSpecification& specification, const SlewingStructure& structure);
+Eigen::MatrixXd actuator_loads(const StructureSpecification& specification,
+                               const SlewingStructure& structure);
 
 /// Displacements, then rates, that the sensors see of [z; z'].
 Eigen::MatrixXd sensor_rows(const StructureSpecification& specification, const SlewingStructure& structure,

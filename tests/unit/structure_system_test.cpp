@@ -1,6 +1,6 @@
-// SCOLE on 12 degrees of freedom (S03 to S09): 5.640245 6.482829 17.00994 24.95578 54.22759 78.90443 rad/s; the
-// whole structure's receptance at 10 and 55 rad/s; 5.88366 deg/s, stop at 5.098871 s; A 0.522839 / 0.477161,
-// 0.557232 s apart, arrival 6.441500 s; the loads at 0.6 s; sliding and filter eigenvalues.
+// SCOLE on 12 degrees of freedom (S03 to S09): 5.640245 6.482829 17.00994 24.95578 54.22759 78.90443 rad/s;
+// the whole structure's receptance at 10 and 55 rad/s; 5.88366 deg/s, stop at 5.098871 s; A 0.522839 /
+// 0.477161, 0.557232 s apart, arrival 6.441500 s; the loads at 0.6 s; sliding and filter eigenvalues.
 #include "server/simulation/structure_system.hpp"
 
 #include <gtest/gtest.h>
@@ -124,13 +124,14 @@ void expect_eigenvalues(const Eigen::VectorXcd& values, std::vector<double> real
 TEST(StructureSystem, DesignHasTheReferencesEigenvalues) {
   const StructureController& controller = *scole_system().controller;
   expect_eigenvalues(controller.law.sliding_eigenvalues,
-                     {-50.954, -33.44, -33.44, -21.747, -19.457, -10.548, -10.254, -10, -10, -10, -10, -9.4974,
-                      -9.4974, -7.6825, -7.6825},
+                     {-50.954, -33.44, -33.44, -21.747, -19.457, -10.548, -10.254, -10, -10, -10, -10,
+                      -9.4974, -9.4974, -7.6825, -7.6825},
                      {0, 0, 0, 0, 0, 0, 0, 0, 0, 7.0085, 7.0085, 8.1518, 8.1518, 68.362, 68.362});
-  expect_eigenvalues(steady_filter(controller.filter).eigenvalues(),
-                     {-31.136, -31.136, -14.708, -14.708, -3.1271, -3.1271, -1.8419, -1.8419, -0.93242,
-                      -0.93242, -0.91198, -0.91198},
-                     {5.568, 5.568, 6.4163, 6.4163, 16.92, 16.92, 24.76, 24.76, 52.195, 52.195, 72.501, 72.501});
+  expect_eigenvalues(
+      steady_filter(controller.filter).eigenvalues(),
+      {-31.136, -31.136, -14.708, -14.708, -3.1271, -3.1271, -1.8419, -1.8419, -0.93242, -0.93242, -0.91198,
+       -0.91198},
+      {5.568, 5.568, 6.4163, 6.4163, 16.92, 16.92, 24.76, 24.76, 52.195, 52.195, 72.501, 72.501});
 }
 
 TEST(StructureSystem, SurfaceTakesTheInputsOneByOne) {
