@@ -37,7 +37,7 @@ GainSchedule::GainSchedule(const ElasticFilter& filter, double until_s, double r
   // What is asked of it is an unchanging function of the filter.
   check_sundials(ERKStepSetUserData(solver.memory, const_cast<ElasticFilter*>(&filter)),
                  "ERKStepSetUserData");
-  check_sundials(ERKStepSetTableNum(solver.memory, ARKODE_VERNER_8_5_6), "ERKStepSetTableNum");
+  check_sundials(ERKStepSetTableNum(solver.memory, ARKODE_DORMAND_PRINCE_7_4_5), "ERKStepSetTableNum");
   check_sundials(ERKStepSStolerances(solver.memory, relative_tolerance,
                                      relative_tolerance * steady.cwiseAbs().maxCoeff()),
                  "ERKStepSStolerances");

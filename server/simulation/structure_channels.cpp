@@ -11,10 +11,11 @@ constexpr const char* kAxes[] = {"x", "y", "z"};
 
 ChannelTable structure_channels(const StructureSpecification& spec) {
   ChannelTable table;
-  table.state = {{"angle_rad", "rad", "inertial", "the hub's about the axis of the slew"},
-                 {"rate_rad_s", "rad/s", "inertial", "its rate"},
-                 {"error_rad", "rad", "inertial", "angle less the final one"},
-                 {"command_angle_rad", "rad", "inertial", "what the shaped command would turn a rigid hub by"}};
+  table.state = {
+      {"angle_rad", "rad", "inertial", "the hub's about the axis of the slew"},
+      {"rate_rad_s", "rad/s", "inertial", "its rate"},
+      {"error_rad", "rad", "inertial", "angle less the final one"},
+      {"command_angle_rad", "rad", "inertial", "what the shaped command would turn a rigid hub by"}};
   const auto add = [&](const std::string& prefix, const std::string& unit, const std::string& suffix,
                        const std::string& what) {
     for (const char* axis : kAxes)

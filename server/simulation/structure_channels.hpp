@@ -10,9 +10,8 @@ namespace slew {
 ChannelTable structure_channels(const StructureSpecification& specification);
 
 /// A row of them. `z` and `rate` are the plant's coordinates; `controls` one for each actuator.
-void fill_structure_row(const StructureSpecification& specification, double t_s,
-                        std::span<const double> z, std::span<const double> rate,
-                        std::span<const double> controls, std::span<double> state,
-                        std::span<double> thrusters);
+void fill_structure_row(const StructureSpecification& specification, double t_s, std::span<const double> z,
+                        std::span<const double> rate, std::span<const double> controls,
+                        std::span<double> state, std::span<double> thrusters);
 
 }  // namespace slew

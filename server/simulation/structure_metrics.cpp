@@ -50,7 +50,8 @@ void StructureMeter::watch(Watched& watched, const std::array<Quintic, 3>& axes,
   static const std::array<QuinticWeights, kPlaces + 1> kWeights = [] {
     return []<std::size_t... I>(std::index_sequence<I...>) {
       return std::array<QuinticWeights, kPlaces + 1>{QuinticWeights(static_cast<double>(I) / kPlaces)...};
-    }(std::make_index_sequence<kPlaces + 1>());
+    }
+    (std::make_index_sequence<kPlaces + 1>());
   }();
   std::array<double, kPlaces + 1> largest{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -121,7 +122,8 @@ void StructureMeter::step(const StructurePiece& piece, StructureLoop& loop) {
 
   if (scratch_.size() == 0) scratch_ = Eigen::VectorXd::Zero(loop.size());
   const auto rate_at = [&](double t_s, const double* y) {
-    return system_->command.at(t_s).rate_rad_s + system_->plant.axis.dot(Eigen::Map<const Eigen::Vector3d>(y + p + 3));
+    return system_->command.at(t_s).rate_rad_s +
+           system_->plant.axis.dot(Eigen::Map<const Eigen::Vector3d>(y + p + 3));
   };
   for (const auto& [s, weight] : kGauss) {
     const double t_s = piece.from_s + s * piece.length_s;

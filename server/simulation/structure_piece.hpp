@@ -67,7 +67,8 @@ struct StructurePiece {
     }
     const double r = 1 - s, h = length_s;
     for (Eigen::Index i = at; i < at + filtered; ++i)
-      y[i] = r * r * ((1 + 2 * s) * y0[i] + h * s * rate0[i]) + s * s * ((1 + 2 * r) * y1[i] - h * r * rate1[i]);
+      y[i] =
+          r * r * ((1 + 2 * s) * y0[i] + h * s * rate0[i]) + s * s * ((1 + 2 * r) * y1[i] - h * r * rate1[i]);
   }
 };
 

@@ -1,7 +1,7 @@
 // Slews of a flexible structure by ARKODE's implicit Runge-Kutta method. A step of the loop goes from one
 // boundary to the next: a tenth of a second, where a pulse begins or ends, where noise changes. The solver is
-// reset at each of them with the step size that it had, and what it does in between is kept as polynomials: so
-// slices, samples and copies change no bit.
+// reset at each of them with the step size that it had, and what it does in between is kept as polynomials:
+// so slices, samples and copies change no bit.
 #include <algorithm>
 #include <cmath>
 #include <memory>
