@@ -58,9 +58,8 @@ int main() {
   StructureSpecification spec = scole_slew(ScoleCase::a);
   const StructureElements elements = structure_elements(spec);
   tell("finite elements", median_s([&] { structure_elements(spec); }));
-  tell("reduction by Krylov vectors", median_s([&] {
-         reduce(elements.structure, elastic_basis(elements, spec.plant));
-       }));
+  tell("reduction by Krylov vectors",
+       median_s([&] { reduce(elements.structure, elastic_basis(elements, spec.plant)); }));
   tell("all that is derived: those, design, gains", median_s([&] { build_structure_system(spec); }));
   spec.system = build_structure_system(spec);
   std::printf("  %zu steps of the filter's Riccati equation\n", spec.system->controller->gains.steps());
