@@ -9,10 +9,13 @@
 
 namespace slew {
 
+/// Steps times the cube of the states that the integration may take.
+inline constexpr double kMostFilterWork = 2.5e8;
+
 class GainSchedule {
  public:
   /// From 0 to `until_s`, or to where the gain is the steady one to the tolerance, which it is from then on.
-  /// Throws std::domain_error when there is no steady one.
+  /// Throws std::domain_error when there is no steady one, or when to get there is too much work.
   GainSchedule(const ElasticFilter& filter, double until_s, double relative_tolerance);
 
   /// L, one column for each sensor.

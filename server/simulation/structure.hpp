@@ -87,11 +87,12 @@ struct HeldNoise {
   double period_s = 0;
 };
 
-enum class AntennaQuantity { pointing, relative };
+enum class StructureQuantity { pointing, relative, hub_angle };
 
-/// The last time any axis of the antenna's rotation is outside the tolerance.
-struct AntennaSettling {
-  AntennaQuantity quantity = AntennaQuantity::pointing;
+/// The last time any axis of the antenna's rotation, or the hub's angle less the final one, is outside the
+/// tolerance.
+struct StructureSettling {
+  StructureQuantity quantity = StructureQuantity::pointing;
   double tolerance_rad = 0;
   bool from_arrival = true;  ///< of the command; else from the start
 };
@@ -111,7 +112,7 @@ struct StructureSpecification {
   std::optional<StructureControl> control;  ///< none: the command alone
   std::optional<HeldNoise> process_noise;   ///< on every elastic acceleration of the plant
   std::optional<HeldNoise> sensor_noise;
-  AntennaSettling settling;
+  StructureSettling settling;
   double duration_s = 0;
   double relative_tolerance = 1e-8;
   double telemetry_period_s = 0;          ///< simulated time between samples

@@ -44,7 +44,7 @@ void StructureLoop::see(double t_s, const double* y) {
   innovation_.noalias() = system_->sensors * z;
   innovation_.noalias() -= controller.filter.output * filtered;
   innovation_ += sensor_noise_;
-  controller.gains.gain_at(t_s, gain_);
+  controller.gains->gain_at(t_s, gain_);
   correction_.noalias() = gain_ * innovation_;
   innovation_.noalias() += law.innovation_of_tracked * tracked;
   law_correction_.noalias() = gain_ * innovation_;
@@ -114,7 +114,7 @@ void StructureLoop::jacobian(double t_s, double* matrix) {
   const TrackingLaw& law = controller.law;
   const Index n = controller.tracking.modes(), k = controller.filter.size(), at_t = tracking_at(),
               at_f = filter_at();
-  controller.gains.gain_at(t_s, gain_);
+  controller.gains->gain_at(t_s, gain_);
   seen_.setZero();  // L (y - C z^_f), for each of y
   seen_.leftCols(2 * p).noalias() = gain_ * system_->sensors;
   seen_.rightCols(k).noalias() -= gain_ * controller.filter.output;

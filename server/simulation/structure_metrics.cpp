@@ -30,7 +30,6 @@ StructureMeter::StructureMeter(const StructureSpecification& spec)
     : system_(spec.system),
       settling_(spec.settling),
       duration_s_(spec.duration_s),
-      initial_angle_rad_(spec.initial_angle_rad),
       angle_rad_(spec.guidance.angle_rad),
       shape_(Eigen::VectorXd::Zero(spec.system->plant.size())) {
   for (const ActuatorGroup& group : spec.actuators) {
@@ -45,7 +44,7 @@ StructureMeter::StructureMeter(const StructureSpecification& spec)
     nodes_.push_back({node.position_m[0], node.position_m[1], node.position_m[2]});
 }
 
-void StructureMeter::watch(Watched& watched, const std::array<Quintic, 3>& axes,
+void StructureMeter::watch(Watched& watched, std::span<const Quintic> axes,
                            const StructurePiece& piece) const {
   static const std::array<QuinticWeights, kPlaces + 1> kWeights = [] {
     return []<std::size_t... I>(std::index_sequence<I...>) {
@@ -54,7 +53,7 @@ void StructureMeter::watch(Watched& watched, const std::array<Quintic, 3>& axes,
     (std::make_index_sequence<kPlaces + 1>());
   }();
   std::array<double, kPlaces + 1> largest{};
-  for (std::size_t axis = 0; axis < 3; ++axis) {
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
     std::array<double, kPlaces + 1> size{};
     for (std::size_t i = 0; i <= kPlaces; ++i) {
       size[i] = std::abs(axes[axis].at(kWeights[i]));
@@ -93,6 +92,23 @@ void StructureMeter::watch(Watched& watched, const std::array<Quintic, 3>& axes,
   }
 }
 
+// Angle less the final one: the command's and the hub's own small rotation.
+Quintic StructureMeter::hub_error(const StructurePiece& piece) const {
+  const Index p = piece.plant;
+  const auto about_axis = [&](const double* values) {
+    return system_->plant.axis.dot(Eigen::Map<const Eigen::Vector3d>(values + 3));
+  };
+  const SlewState from = system_->command.at(piece.from_s),
+                  to = system_->command.at(piece.from_s + piece.length_s);
+  return {piece.length_s,
+          from.angle_rad - angle_rad_ + about_axis(piece.y0),
+          from.rate_rad_s + about_axis(piece.y0 + p),
+          from.acceleration_rad_s2 + about_axis(piece.rate0 + p),
+          to.angle_rad - angle_rad_ + about_axis(piece.y1),
+          to.rate_rad_s + about_axis(piece.y1 + p),
+          to.acceleration_rad_s2 + about_axis(piece.rate1 + p)};
+}
+
 void StructureMeter::step(const StructurePiece& piece, StructureLoop& loop) {
   const Index p = piece.plant;
   using ConstVector = Eigen::Map<const Eigen::VectorXd>;
@@ -113,6 +129,7 @@ void StructureMeter::step(const StructurePiece& piece, StructureLoop& loop) {
   const auto relative = axes_of(0);
   watch(pointing_, axes_of(1), piece);
   watch(relative_, relative, piece);
+  watch(hub_, std::array{hub_error(piece)}, piece);
   const double turned = std::hypot(relative[0].at(1), relative[1].at(1), relative[2].at(1));
   if (turned > farthest_rad_) {
     farthest_rad_ = turned;
@@ -161,8 +178,10 @@ Metrics StructureMeter::finish(double t_s, const double* y) const {
   out.command_arrival_s = system_->command.arrival_s();
   out.pointing = rotation(pointing_);
   out.relative = rotation(relative_);
-  metrics.settling_time_s =
-      settling_.quantity == AntennaQuantity::pointing ? out.pointing.settling_s : out.relative.settling_s;
+  metrics.settling_time_s = rotation(settling_.quantity == StructureQuantity::pointing   ? pointing_
+                                     : settling_.quantity == StructureQuantity::relative ? relative_
+                                                                                          : hub_)
+                                .settling_s;
   for (const auto& [name, is_torque] : groups_) out.efforts.push_back({name, is_torque, 0});
   double forces = 0;
   for (std::size_t i = 0; i < effort_.size(); ++i) {

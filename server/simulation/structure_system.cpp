@@ -12,6 +12,18 @@ using Eigen::MatrixXd;
 // Of the largest displacement of a mode: below, its sensors' signal is rounding.
 constexpr double kUnseen = 1e-9;
 
+/// What `make` gives; what it throws, as a fault of this part.
+template <typename Make>
+auto part_of(StructurePart part, const Make& make) {
+  try {
+    return make();
+  } catch (const StructureFault&) {
+    throw;
+  } catch (const std::logic_error& error) {  // domain_error and invalid_argument
+    throw StructureFault(part, error.what());
+  }
+}
+
 std::vector<Impulse> impulses_for(const StructureGuidance& guidance, const ReducedStructure& design,
                                   double alpha_1_s, double beta_s) {
   std::vector<Impulse> all;
@@ -73,21 +85,26 @@ StructureController controller_of(const StructureSpecification& spec, const Slew
                                                         actuator_loads(spec, structure), ZeroOrderLoads::all);
   const Index n = design.elastic();
   if (control.tracked_modes > n)
-    throw std::invalid_argument("the design model has only " + std::to_string(n) + " modes to track");
+    throw StructureFault(StructurePart::tracking,
+                         "the design model has only " + std::to_string(n) + " modes to track");
   const MatrixXd rows = sensor_rows(spec, structure, design);
   MatrixXd output(rows.rows(), 2 * n);
   output << rows.middleCols(6, n), rows.rightCols(n);
-  check_observability(design, output);
+  part_of(StructurePart::sensors, [&] { return check_observability(design, output); });
   ElasticTracking tracking = elastic_tracking(design, spec.alpha_1_s, spec.beta_s, control.tracked_modes,
                                               control.tracking_scale, control.rigid_reference);
   ElasticFilter filter = elastic_filter(dynamics, output, control.intensities);
-  TrackingLaw law = tracking_law(design, dynamics, tracking.shapes, output, control.gains);
+  TrackingLaw law = part_of(StructurePart::surface, [&] {
+    return tracking_law(design, dynamics, tracking.shapes, output, control.gains);
+  });
   MatrixXd known = MatrixXd::Zero(2 * n, 2);
   if (control.filter_knows_loads)
     known.bottomRows(n) << -dynamics.tangential_load.tail(n), -dynamics.centrifugal_load.tail(n);
   MatrixXd input = MatrixXd::Zero(2 * n, dynamics.inputs());
   input.bottomRows(n) = dynamics.input.bottomRows(n);
-  GainSchedule gains(filter, spec.duration_s, 0.1 * spec.relative_tolerance);
+  auto gains = part_of(StructurePart::filter, [&] {
+    return std::make_shared<const GainSchedule>(filter, spec.duration_s, spec.relative_tolerance);
+  });
   return {std::move(tracking), std::move(filter), std::move(law),
           std::move(gains),    std::move(known),  std::move(input)};
 }
@@ -145,14 +162,17 @@ MatrixXd sensor_rows(const StructureSpecification& spec, const SlewingStructure&
 }
 
 std::shared_ptr<const StructureSystem> build_structure_system(const StructureSpecification& spec) {
-  StructureElements elements = structure_elements(spec);
+  StructureElements elements = part_of(StructurePart::frame, [&] { return structure_elements(spec); });
   const SlewingStructure& structure = elements.structure;
-  ReducedStructure plant = reduce(structure, elastic_basis(elements, spec.plant));
-  ReducedStructure design =
-      spec.control ? reduce(structure, elastic_basis(elements, spec.control->design)) : plant;
+  ReducedStructure plant = part_of(
+      StructurePart::plant, [&] { return reduce(structure, elastic_basis(elements, spec.plant)); });
+  ReducedStructure design = !spec.control ? plant : part_of(StructurePart::design, [&] {
+    return reduce(structure, elastic_basis(elements, spec.control->design));
+  });
   StructureDynamics dynamics = structure_dynamics(plant, spec.alpha_1_s, spec.beta_s,
                                                   actuator_loads(spec, structure), spec.guidance.loads);
-  SineSquaredSlew command = command_of(spec, structure, design);
+  SineSquaredSlew command =
+      part_of(StructurePart::command, [&] { return command_of(spec, structure, design); });
   MatrixXd antenna(3, plant.size());
   for (std::size_t i = 0; i < 3; ++i)
     antenna.row(static_cast<Index>(i)) =
@@ -160,9 +180,17 @@ std::shared_ptr<const StructureSystem> build_structure_system(const StructureSpe
   MatrixXd sensors = sensor_rows(spec, structure, plant);
   std::optional<StructureController> controller;
   if (spec.control) controller = controller_of(spec, structure, design);
-  return std::make_shared<const StructureSystem>(
-      StructureSystem{std::move(elements), std::move(plant), std::move(design), std::move(dynamics),
-                      std::move(command), std::move(antenna), std::move(sensors), std::move(controller)});
+  return std::make_shared<const StructureSystem>(StructureSystem{
+      std::move(elements), std::move(plant), std::move(design), std::move(dynamics), std::move(command),
+      std::move(antenna), std::move(sensors), std::move(controller)});
+}
+
+std::shared_ptr<const StructureSystem> with_command(const StructureSystem& system,
+                                                    const StructureSpecification& spec) {
+  auto out = std::make_shared<StructureSystem>(system);
+  out->command = part_of(StructurePart::command,
+                         [&] { return command_of(spec, system.elements.structure, system.design); });
+  return out;
 }
 
 }  // namespace slew

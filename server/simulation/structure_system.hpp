@@ -4,11 +4,20 @@
 
 #include <memory>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "server/propagation/gain_schedule.hpp"
 #include "server/simulation/structure.hpp"
 
 namespace slew {
+
+/// Why something does not exist, and of which part of the specification that is.
+enum class StructurePart { frame, plant, design, command, sensors, tracking, surface, filter };
+struct StructureFault : std::domain_error {
+  StructurePart part;
+  StructureFault(StructurePart of, const std::string& sentence) : std::domain_error(sentence), part(of) {}
+};
 
 /// Each step of what is derived, so that its cost can be told apart.
 struct StructureElements {
@@ -24,7 +33,7 @@ struct StructureController {
   ElasticTracking tracking;
   ElasticFilter filter;
   TrackingLaw law;
-  GainSchedule gains;
+  std::shared_ptr<const GainSchedule> gains;
   /// What the filter knows of the slew: columns for theta'' and theta'^2.
   Eigen::MatrixXd known_loads;
   /// The filter's B.
@@ -53,7 +62,11 @@ Eigen::MatrixXd actuator_loads(const StructureSpecification& specification,
 Eigen::MatrixXd sensor_rows(const StructureSpecification& specification, const SlewingStructure& structure,
                             const ReducedStructure& reduced);
 
-/// Throws std::domain_error or std::invalid_argument with a sentence where something does not exist.
+/// Throws StructureFault.
 std::shared_ptr<const StructureSystem> build_structure_system(const StructureSpecification& specification);
+
+/// The same under another command; all that it shares with the specification must be as it was built.
+std::shared_ptr<const StructureSystem> with_command(const StructureSystem& system,
+                                                    const StructureSpecification& specification);
 
 }  // namespace slew

@@ -62,7 +62,7 @@ int main() {
        median_s([&] { reduce(elements.structure, elastic_basis(elements, spec.plant)); }));
   tell("all that is derived: those, design, gains", median_s([&] { build_structure_system(spec); }));
   spec.system = build_structure_system(spec);
-  std::printf("  %zu steps of the filter's Riccati equation\n", spec.system->controller->gains.steps());
+  std::printf("  %zu steps of the filter's Riccati equation\n", spec.system->controller->gains->steps());
   RunReport report;
   tell("integration", median_s([&] { report = fly(*make_structure_run(spec)); }));
   std::printf("  %zu steps of the solver\n", static_cast<std::size_t>(report.propagator.steps));

@@ -80,7 +80,7 @@ inline StructureSpecification scole_slew() {
                     {"shuttle_torque", along(0, 3, 3)},
                     {"tip_torque", along(kScoleTip, 3, 3)}};
   spec.sensors = {{along(kScoleTip, 0, 3), true, true}};
-  spec.settling = {AntennaQuantity::pointing, 0.02 * std::numbers::pi / 180, true};
+  spec.settling = {StructureQuantity::pointing, 0.02 * std::numbers::pi / 180, true};
   spec.duration_s = 12;
   spec.relative_tolerance = 1e-9;
   spec.telemetry_period_s = 0.01;

@@ -144,15 +144,15 @@ TEST(StructureSystem, SurfaceTakesTheInputsOneByOne) {
 TEST(StructureSystem, GainsGrowFromNothingToTheSteadyOnes) {
   const StructureController& controller = *scole_system().controller;
   MatrixXd gain;
-  controller.gains.gain_at(0, gain);
+  controller.gains->gain_at(0, gain);
   EXPECT_EQ(gain.norm(), 0);
-  controller.gains.gain_at(12, gain);
-  EXPECT_LT((gain - controller.gains.steady_gain()).norm(), 1e-6 * gain.norm());
+  controller.gains->gain_at(12, gain);
+  EXPECT_LT((gain - controller.gains->steady_gain()).norm(), 1e-6 * gain.norm());
   // In between against a finer integration.
   const GainSchedule finer(controller.filter, 12, 1e-12);
   MatrixXd other;
   for (const double t : {0.013, 0.11, 0.37, 0.81, 2.3, 5.01}) {
-    controller.gains.gain_at(t, gain);
+    controller.gains->gain_at(t, gain);
     finer.gain_at(t, other);
     EXPECT_LT((gain - other).norm(), 1e-6 * other.norm()) << t;
   }
