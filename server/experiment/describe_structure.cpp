@@ -207,7 +207,7 @@ json structure_model(const StructureSpecification& spec, const json& outputs) {
             {"tangential_load_norm", structure.tangential_load.tail(elastic).norm()},
             {"centrifugal_load_norm", structure.centrifugal_load.tail(elastic).norm()}}},
           {"flown", reduced_document(spec, spec.plant, system.plant)},
-          {"design", spec.control ? reduced_document(spec, spec.control->design, system.design) : json(nullptr)},
+          {"design_model", spec.control ? reduced_document(spec, spec.control->design, system.design) : json(nullptr)},
           {"frequency_errors",
            {{"flown", frequency_errors(system.plant, whole)}, {"design", frequency_errors(system.design, whole)}}},
           {"responses", responses_document(spec, outputs.at("responses_at_rad_s"))},
@@ -222,7 +222,7 @@ json system_document(const StructureSpecification& spec) {
   plant["degrees_of_freedom"] = spec.system->elements.structure.size();
   return {{"plant", std::move(plant)},
           {"flown", reduced_document(spec, spec.plant, spec.system->plant)},
-          {"design",
+          {"design_model",
            spec.control ? reduced_document(spec, spec.control->design, spec.system->design) : json(nullptr)},
           {"command", command_document(spec)},
           {"law", controller_document(spec)},

@@ -3,11 +3,6 @@
 #include <Eigen/Core>
 
 namespace slew {
-namespace {
-
-constexpr const char* kAxes[] = {"x", "y", "z"};
-
-}  // namespace
 
 ChannelTable structure_channels(const StructureSpecification& spec) {
   ChannelTable table;
@@ -18,8 +13,9 @@ ChannelTable structure_channels(const StructureSpecification& spec) {
       {"command_angle_rad", "rad", "inertial", "what the shaped command would turn a rigid hub by"}};
   const auto add = [&](const std::string& prefix, const std::string& unit, const std::string& suffix,
                        const std::string& what) {
-    for (const char* axis : kAxes)
-      table.state.push_back({prefix + axis + suffix, unit, "hub", what + " " + axis});
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      table.state.push_back(
+          {prefix + std::to_string(axis + 1) + suffix, unit, "hub", what + " " + "xyz"[axis]});
   };
   add("hub_", "m", "_m", "displacement of the hub from the rigid slew along");
   add("hub_rotation_", "rad", "_rad", "small rotation of the hub from the rigid slew about");
@@ -28,10 +24,10 @@ ChannelTable structure_channels(const StructureSpecification& spec) {
   table.thrusters = {{"slew_torque_N_m", "N m", "hub", "the command about the axis of the slew"}};
   for (const ActuatorGroup& group : spec.actuators)
     for (const NodeMotion& motion : group.motions) {
-      const std::string unit = motion.is_rotation() ? "N m" : "N";
-      table.thrusters.push_back(
-          {group.name + "_" + kAxes[motion.motion % 3] + (motion.is_rotation() ? "_N_m" : "_N"), unit, "hub",
-           "control at node " + std::to_string(motion.node)});
+      const std::string axis = std::to_string(motion.motion % 3 + 1);
+      table.thrusters.push_back({group.name + "_" + axis + (motion.is_rotation() ? "_N_m" : "_N"),
+                                 motion.is_rotation() ? "N m" : "N", "hub",
+                                 "control at node " + std::to_string(motion.node)});
     }
   return table;
 }
