@@ -243,8 +243,9 @@ std::string structure_script(const json& description, const std::string& title, 
     flown += frequency + in_full(point.at("flown_m_N")) + '\n';
     model += frequency + in_full(point.at("design_m_N")) + '\n';
   }
-  std::vector<Layer> layers{{"whole", whole, "with lines lw 2" + colour("#9e9e9e") + "title 'whole structure'"},
-                            {"flown", flown, "with lines lw 2" + colour(kLine) + "title 'flown'"}};
+  std::vector<Layer> layers{
+      {"whole", whole, "with lines lw 2" + colour("#9e9e9e") + "title 'whole structure'"},
+      {"flown", flown, "with lines lw 2" + colour(kLine) + "title 'flown'"}};
   if (design.at("has_design"))
     layers.push_back({"model", model, "with lines dt 2 lw 2" + colour(kMark) + "title 'designed on'"});
   return terminal_for(file, 1000, 700) + "set encoding utf8\nset grid\nset logscale xy\nset title " +

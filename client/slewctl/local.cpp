@@ -156,8 +156,8 @@ int model(const Options& options) {
   const std::string modes = mode_table(document.at("plant"));
   std::vector<std::vector<std::string>> rows{{std::string("what"), std::string("value")}};
   if (document.at("plant").at("type") == "flexible_structure")
-    for (const char* part :
-         {"maneuvering", "flown", "design_model", "frequency_errors", "responses", "command", "controller", "slew"})
+    for (const char* part : {"maneuvering", "flown", "design_model", "frequency_errors", "responses",
+                             "command", "controller", "slew"})
       if (!document.at(part).is_null()) add_rows(rows, part, document.at(part));
   for (const char* part : {"plant", "frame"}) {
     json& block = document.at(part);

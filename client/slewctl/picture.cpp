@@ -88,9 +88,8 @@ void add_panel(std::vector<Panel>& panels, const json& series, const Vector& vec
   }
   if (panel.curves.empty()) return;
   // Which axis is which is said once.
-  const bool is_said = std::any_of(panels.begin(), panels.end(), [](const Panel& other) {
-    return other.settings.starts_with("set key");
-  });
+  const bool is_said = std::any_of(panels.begin(), panels.end(),
+                                   [](const Panel& other) { return other.settings.starts_with("set key"); });
   panel.settings = is_said ? "unset key\n" : "set key top right horizontal\n";
   panels.push_back(std::move(panel));
 }
@@ -222,15 +221,16 @@ std::string shape_panel(const json& shape) {
   json deflected = positions;
   for (std::size_t i = 0; i < deflected.size(); ++i)
     for (std::size_t k = 0; k < 3; ++k)
-      deflected[i][k] = deflected[i][k].get<double>() +
-                        factor * shape.at("displacement_m").at(i).at(k).get<double>();
+      deflected[i][k] =
+          deflected[i][k].get<double>() + factor * shape.at("displacement_m").at(i).at(k).get<double>();
   char caption[80];
   std::snprintf(caption, sizeof caption, "deflection at %.3g s, %.3g times", shape.at("t_s").get<double>(),
                 factor);
   return "$frame << EOD\n" + line_through(shape.at("members"), positions) + "EOD\n$deflected << EOD\n" +
          line_through(shape.at("members"), deflected) +
          "EOD\nunset xlabel\nunset ylabel\nunset lmargin\nunset rmargin\nunset offsets\nset autoscale\n"
-         "set xtics 1\nset ytics 1\nset ztics 1\nset xyplane relative 0.05\nset view 65, 35\nset view equal xyz\n"
+         "set xtics 1\nset ytics 1\nset ztics 1\nset xyplane relative 0.05\nset view 65, 35\nset view equal "
+         "xyz\n"
          "unset key\nset title " +
          quoted(caption) +
          "\nsplot $frame with lines lc rgb '#9e9e9e', $deflected with lines lw 2 lc rgb '#1f4e9c'\n";
@@ -259,6 +259,7 @@ std::string script(const json& result, const json& series, const std::string& ti
 
   std::string text = (structure.is_object() ? terminal_for(file, 1100, 1500) : terminal_for(file)) +
                      "set encoding utf8\nset grid\nunset key\n";
+  if (structure.is_object()) text += "set ylabel font ',8'\nset ytics font ',8'\n";
   for (const Panel& panel : panels)
     for (const Curve& curve : panel.curves) text += "$" + curve.name + " << EOD\n" + curve.points + "EOD\n";
   text += "set lmargin 10\nset rmargin 3\nset xrange [0:" + in_full(end_s) + "]\n";

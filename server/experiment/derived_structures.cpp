@@ -16,9 +16,13 @@ constexpr std::size_t kKept = 16;
 
 /// All that a model and a design depend on. The command, its angle and its shaper do not change them.
 std::string digest_of(const json& request) {
-  json parts = {request.at("plant"), request.at("controller"), request.at("actuator"),
-                request.at("estimator"), request.at("sensors").value("groups", json()),
-                request.at("guidance").at("zero_order_loads"), request.at("simulation").at("duration_s"),
+  json parts = {request.at("plant"),
+                request.at("controller"),
+                request.at("actuator"),
+                request.at("estimator"),
+                request.at("sensors").value("groups", json()),
+                request.at("guidance").at("zero_order_loads"),
+                request.at("simulation").at("duration_s"),
                 request.at("simulation").at("relative_tolerance")};
   Digester digester;
   for (const char c : parts.dump()) digester.word(static_cast<unsigned char>(c));

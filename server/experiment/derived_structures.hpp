@@ -8,8 +8,8 @@
 
 namespace slew {
 
-/// Of a request that the schema has passed and the specification made from it; null where it cannot be derived.
-/// Safe from any thread.
+/// Of a request that the schema has passed and the specification made from it; null where it cannot be
+/// derived. Safe from any thread.
 std::shared_ptr<const StructureSystem> derived_structure(const nlohmann::json& request,
                                                          const StructureSpecification& specification);
 

@@ -135,14 +135,13 @@ json responses_document(const StructureSpecification& spec, const json& frequenc
     };
     const Eigen::MatrixXcd whole = of(system.elements.structure, loads.whole, false),
                            damped = of(system.elements.structure, loads.whole, true);
-    list.push_back(
-        {{"frequency_rad_s", w},
-         {"whole_m_N", matrix_document(whole.real())},
-         {"plant_m_N", matrix_document(of(system.plant, loads.plant, false).real())},
-         {"plant_error", error_of(of(system.plant, loads.plant, false), whole)},
-         {"plant_error_damped", error_of(of(system.plant, loads.plant, true), damped)},
-         {"design_error", error_of(of(system.design, loads.design, false), whole)},
-         {"design_error_damped", error_of(of(system.design, loads.design, true), damped)}});
+    list.push_back({{"frequency_rad_s", w},
+                    {"whole_m_N", matrix_document(whole.real())},
+                    {"plant_m_N", matrix_document(of(system.plant, loads.plant, false).real())},
+                    {"plant_error", error_of(of(system.plant, loads.plant, false), whole)},
+                    {"plant_error_damped", error_of(of(system.plant, loads.plant, true), damped)},
+                    {"design_error", error_of(of(system.design, loads.design, false), whole)},
+                    {"design_error_damped", error_of(of(system.design, loads.design, true), damped)}});
   }
   return {{"between", motions_document(response_motions(spec))}, {"at", std::move(list)}};
 }
@@ -196,9 +195,10 @@ json structure_model(const StructureSpecification& spec, const json& outputs) {
   plant["degrees_of_freedom"] = structure.size();
   plant["rigid_modes"] = 6;
   plant["free_frequencies_rad_s"] = numbers(whole.head(std::min(whole.size(), kMostFrequencies)));
-  plant["clamped_frequencies_rad_s"] =
-      numbers(every.stiffness.diagonal().tail(every.elastic()).cwiseSqrt().head(
-          std::min(every.elastic(), kMostFrequencies)));
+  plant["clamped_frequencies_rad_s"] = numbers(every.stiffness.diagonal()
+                                                   .tail(every.elastic())
+                                                   .cwiseSqrt()
+                                                   .head(std::min(every.elastic(), kMostFrequencies)));
   return {{"plant", std::move(plant)},
           {"maneuvering",
            {{"gyroscopic_norm", structure.gyroscopic.norm()},
@@ -207,9 +207,11 @@ json structure_model(const StructureSpecification& spec, const json& outputs) {
             {"tangential_load_norm", structure.tangential_load.tail(elastic).norm()},
             {"centrifugal_load_norm", structure.centrifugal_load.tail(elastic).norm()}}},
           {"flown", reduced_document(spec, spec.plant, system.plant)},
-          {"design_model", spec.control ? reduced_document(spec, spec.control->design, system.design) : json(nullptr)},
+          {"design_model",
+           spec.control ? reduced_document(spec, spec.control->design, system.design) : json(nullptr)},
           {"frequency_errors",
-           {{"flown", frequency_errors(system.plant, whole)}, {"design", frequency_errors(system.design, whole)}}},
+           {{"flown", frequency_errors(system.plant, whole)},
+            {"design", frequency_errors(system.design, whole)}}},
           {"responses", responses_document(spec, outputs.at("responses_at_rad_s"))},
           {"command", command_document(spec)},
           {"controller", controller_document(spec)},

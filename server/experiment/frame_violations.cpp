@@ -7,9 +7,9 @@
 #include <stdexcept>
 
 #include "server/experiment/frame_request.hpp"
-#include "server/experiment/structure_request.hpp"
 #include "server/experiment/limits.hpp"
 #include "server/experiment/schema.hpp"
+#include "server/experiment/structure_request.hpp"
 
 namespace slew {
 namespace {
@@ -137,8 +137,8 @@ class FrameJudge {
       const auto& name = beams[i].at("section").get_ref<const std::string&>();
       const auto section = plant_.at("sections").find(name);
       if (section != plant_.at("sections").end() && section->at("mass_per_length_kg_m") == 0)
-        violate(json::json_pointer("/sections") / name / "mass_per_length_kg_m", "its beams have no mass", "0",
-                "more than 0");
+        violate(json::json_pointer("/sections") / name / "mass_per_length_kg_m", "its beams have no mass",
+                "0", "more than 0");
     }
     const json& bars = plant_.at("bars");
     for (std::size_t i = 0; i < bars.size() && violations_.size() <= limits().max_violations; ++i)
@@ -187,10 +187,11 @@ class FrameJudge {
     if (clamped.size() == 0)
       violate("nodes", "nothing of the structure can deform", "", "a node that is not held");
     else if (clamped.frequency_rad_s[0] == 0)
-      violate("nodes",
-              "the structure can move on its hub without being strained: it is a mechanism, or a member is so "
-              "stiff that others are lost in its rounding",
-              "", "nodes held, or members that resist every motion");
+      violate(
+          "nodes",
+          "the structure can move on its hub without being strained: it is a mechanism, or a member is so "
+          "stiff that others are lost in its rounding",
+          "", "nodes held, or members that resist every motion");
   } catch (const std::domain_error& error) {
     violate("nodes", error.what(), "", "parts that resist every motion, or have mass");
   }

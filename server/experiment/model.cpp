@@ -77,7 +77,7 @@ json model(const Prepared& prepared) {
     return document;
   }
   const json& requested = request.at("plant");
-  json plant = std::visit([](const auto& spec) { return flown(spec.plant); }, prepared.system), frame;
+  json plant = std::visit([](const auto&spec) { return flown(spec.plant); }, prepared.system), frame;
   plant["type"] = requested.at("type");
   if (is_frame(requested)) {
     const DerivedFrame derived = derive_frame(requested);

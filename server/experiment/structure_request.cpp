@@ -115,7 +115,8 @@ StructureSpecification specify_structure(const json& request) {
   const json& maneuver = request.at("maneuver");
   spec.initial_angle_rad = maneuver.at("initial_angle_deg").get<double>() * kRadPerDeg;
   specify_guidance(request.at("guidance"), spec.guidance);
-  spec.guidance.angle_rad = maneuver.at("final_angle_deg").get<double>() * kRadPerDeg - spec.initial_angle_rad;
+  spec.guidance.angle_rad =
+      maneuver.at("final_angle_deg").get<double>() * kRadPerDeg - spec.initial_angle_rad;
   for (const json& group : request.at("actuator").at("groups")) {
     ActuatorGroup& one = spec.actuators.emplace_back();
     one.name = group.at("name");
@@ -124,7 +125,8 @@ StructureSpecification specify_structure(const json& request) {
   specify_sensors(request.at("sensors"), spec);
   if (request.at("controller").at("type") == "tracking_sliding_mode") spec.control = specify_control(request);
   for (const json& noise : request.at("disturbances"))
-    if (noise.at("intensity") > 0) spec.process_noise = HeldNoise{noise.at("intensity"), noise.at("period_s")};
+    if (noise.at("intensity") > 0)
+      spec.process_noise = HeldNoise{noise.at("intensity"), noise.at("period_s")};
   spec.settling = specify_settling(request.at("metrics").at("settling"), spec.guidance.angle_rad);
   const json& simulation = request.at("simulation");
   spec.duration_s = simulation.at("duration_s");
@@ -145,20 +147,16 @@ std::optional<Violation> why_it_cannot_be_built(const StructureSpecification& sp
   for (const auto& noise : {spec.process_noise, spec.sensor_noise})
     if (noise) boundaries += spec.duration_s / noise->period_s;
   if (const double most = limits().max_steps; kStepsPerBoundary * boundaries > most)
-    return Violation{"/simulation/duration_s", "the run would take too many propagator steps",
-                     number(spec.duration_s),
-                     "at most " + number(std::floor(spec.duration_s * most / (kStepsPerBoundary * boundaries))) +
-                         " s of this"};
+    return Violation{
+        "/simulation/duration_s", "the run would take too many propagator steps", number(spec.duration_s),
+        "at most " + number(std::floor(spec.duration_s * most / (kStepsPerBoundary * boundaries))) +
+            " s of this"};
   if (spec.system) return std::nullopt;
   static const std::vector<std::pair<StructurePart, const char*>> kPointers = {
-      {StructurePart::frame, "/plant/nodes"},
-      {StructurePart::plant, "/plant/coordinates"},
-      {StructurePart::design, "/controller/design"},
-      {StructurePart::command, "/guidance/shaper"},
-      {StructurePart::sensors, "/sensors/groups"},
-      {StructurePart::tracking, "/controller/tracking/modes"},
-      {StructurePart::surface, "/actuator/groups"},
-      {StructurePart::filter, "/estimator"}};
+      {StructurePart::frame, "/plant/nodes"},        {StructurePart::plant, "/plant/coordinates"},
+      {StructurePart::design, "/controller/design"}, {StructurePart::command, "/guidance/shaper"},
+      {StructurePart::sensors, "/sensors/groups"},   {StructurePart::tracking, "/controller/tracking/modes"},
+      {StructurePart::surface, "/actuator/groups"},  {StructurePart::filter, "/estimator"}};
   static const std::vector<std::pair<StructurePart, const char*>> kAllowed = {
       {StructurePart::frame, "parts that resist every motion, or have mass"},
       {StructurePart::plant, "fewer or other vectors, shifts away from every natural frequency"},
@@ -169,9 +167,8 @@ std::optional<Violation> why_it_cannot_be_built(const StructureSpecification& sp
       {StructurePart::surface, "independent actuators that move the hub and the structure in every way"},
       {StructurePart::filter, "a design model and intensities with a steady filter"}};
   const auto of = [](const auto& list, StructurePart part) {
-    return std::string(std::find_if(list.begin(), list.end(), [&](const auto& one) {
-                         return one.first == part;
-                       })->second);
+    return std::string(
+        std::find_if(list.begin(), list.end(), [&](const auto& one) { return one.first == part; })->second);
   };
   try {
     build_structure_system(spec);

@@ -29,8 +29,8 @@ StructureSpecification specify_structure(const nlohmann::json& request);
 std::optional<Violation> why_it_cannot_be_built(const StructureSpecification& specification);
 std::vector<std::string> warnings_about(const StructureSpecification& specification);
 
-/// For which loads, and where, responses are told: the Krylov vectors' of the plant or the design, or what the
-/// sensors see, or the antenna's displacements.
+/// For which loads, and where, responses are told: the Krylov vectors' of the plant or the design, or what
+/// the sensors see, or the antenna's displacements.
 std::vector<NodeMotion> response_motions(const StructureSpecification& specification);
 
 }  // namespace slew

@@ -120,7 +120,8 @@ void check_groups(const SoundFields& fields, const Violate& violate) {
     const std::string place = "/actuator/groups/" + std::to_string(i);
     if (const json* name = fields.at(place + "/name"); name && name->is_string()) {
       const auto& text = name->get_ref<const std::string&>();
-      if (text.empty() || text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") != std::string::npos)
+      if (text.empty() ||
+          text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") != std::string::npos)
         violate(place + "/name", "a channel cannot be named after this group", shortened(*name),
                 "lower-case letters, digits and _");
       else if (!names.insert(text).second)

@@ -25,30 +25,27 @@ int covariance_rate(sunrealtype, N_Vector state, N_Vector slope, void* filter_of
   return 0;
 }
 
-/// Errors of P die out as twice the filter's slowest motion, and an explicit step is bounded by the sum of two of
-/// its fastest.
-void check_work(const ElasticFilter& filter, const MatrixXd& steady, double until_s) {
+}  // namespace
+
+// Errors of P die out as twice the slowest motion, or faster where it is seen, and an explicit step is
+// bounded by the sum of two of the fastest.
+void check_filter_work(const ElasticFilter& filter, double until_s) {
   constexpr double kToDieOut = 25, kStable = 2;
-  const Eigen::VectorXcd still = filter.state.eigenvalues();
-  const Eigen::VectorXcd moving =
-      (filter.state - steady * filter.output.transpose() * filter.output / filter.intensities.measurement)
-          .eigenvalues();
-  const double fastest = std::max(still.cwiseAbs().maxCoeff(), moving.cwiseAbs().maxCoeff());
-  const double slowest = moving.real().cwiseAbs().minCoeff();
-  const double steps = std::min(until_s, 0.5 * kToDieOut / slowest) * 2 * fastest / kStable;
+  const Eigen::VectorXcd motions = filter.state.eigenvalues();
+  const double slowest = motions.real().cwiseAbs().minCoeff();
+  const double length_s = 2 * slowest * until_s > kToDieOut ? 0.5 * kToDieOut / slowest : until_s;
+  const double steps = length_s * 2 * motions.cwiseAbs().maxCoeff() / kStable;
   if (steps * std::pow(static_cast<double>(filter.size()), 3) > kMostFilterWork)
-    throw std::domain_error("the filter's Riccati equation would take " + std::to_string(std::llround(steps)) +
-                            " steps of " + std::to_string(filter.size()) +
+    throw std::domain_error("the filter's Riccati equation would take " +
+                            std::to_string(std::llround(steps)) + " steps of " +
+                            std::to_string(filter.size()) +
                             " states squared: the design model has motions that are too fast, or too many");
 }
-
-}  // namespace
 
 GainSchedule::GainSchedule(const ElasticFilter& filter, double until_s, double relative_tolerance) {
   const Index n = filter.size();
   const MatrixXd steady = steady_covariance(filter);
   steady_ = steady * filter.output.transpose() / filter.intensities.measurement;
-  check_work(filter, steady, until_s);
   ErkSolver solver;
   solver.state = N_VNew_Serial(static_cast<sunindextype>(n * n), solver.context);
   if (!solver.state) throw std::bad_alloc();

@@ -12,10 +12,13 @@ namespace slew {
 /// Steps times the cube of the states that the integration may take.
 inline constexpr double kMostFilterWork = 2.5e8;
 
+/// Throws std::domain_error where it would be more until then.
+void check_filter_work(const ElasticFilter& filter, double until_s);
+
 class GainSchedule {
  public:
   /// From 0 to `until_s`, or to where the gain is the steady one to the tolerance, which it is from then on.
-  /// Throws std::domain_error when there is no steady one, or when to get there is too much work.
+  /// Throws std::domain_error when there is no steady one.
   GainSchedule(const ElasticFilter& filter, double until_s, double relative_tolerance);
 
   /// L, one column for each sensor.

@@ -180,7 +180,7 @@ Metrics StructureMeter::finish(double t_s, const double* y) const {
   out.relative = rotation(relative_);
   metrics.settling_time_s = rotation(settling_.quantity == StructureQuantity::pointing   ? pointing_
                                      : settling_.quantity == StructureQuantity::relative ? relative_
-                                                                                          : hub_)
+                                                                                         : hub_)
                                 .settling_s;
   for (const auto& [name, is_torque] : groups_) out.efforts.push_back({name, is_torque, 0});
   double forces = 0;

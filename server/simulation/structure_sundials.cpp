@@ -1,7 +1,7 @@
-// The second opinion on a flexible structure: CVODE's backward differentiation, of variable order, with its own
-// difference quotients for a Jacobian. Shares the design (bases, surface) with the first one and nothing else:
-// M z'' is solved for in every slope, the law and the filter stand here as Sung, Lee & Kim 2001 print them, and
-// the filter's covariance is integrated with everything else.
+// The second opinion on a flexible structure: CVODE's backward differentiation, of variable order, with its
+// own difference quotients for a Jacobian. Shares the design (bases, surface) with the first one and nothing
+// else: M z'' is solved for in every slope, the law and the filter stand here as Sung, Lee & Kim 2001 print
+// them, and the filter's covariance is integrated with everything else.
 #include <cvodes/cvodes.h>
 
 #include <Eigen/Dense>
@@ -58,7 +58,7 @@ struct Terms {
   MatrixXd inputs;             ///< Q^T W^T of the actuators, for the plant
   Eigen::LDLT<MatrixXd> mass;  ///< of the plant
   VectorXd tangential, centrifugal;
-  MatrixXd a, b;  ///< of the design model
+  MatrixXd a, b;                                 ///< of the design model
   VectorXd known_tangential, known_centrifugal;  ///< its elastic loads over its mass
 };
 
@@ -121,9 +121,7 @@ class BackwardStructureRun final : public Run {
   Index plant() const { return spec_.system->plant.size(); }
   Index tracked() const { return spec_.system->tracked(); }
   Index filtered() const { return spec_.system->filtered(); }
-  Index size() const {
-    return 2 * plant() + 2 * tracked() + filtered() + filtered() * (filtered() + 1) / 2;
-  }
+  Index size() const { return 2 * plant() + 2 * tracked() + filtered() + filtered() * (filtered() + 1) / 2; }
   MatrixXd covariance(const double* y) const;
   VectorXd controls(double t_s, const double* y) const;
   void slope(double t_s, const double* y, double* rate) const;
@@ -141,7 +139,6 @@ class BackwardStructureRun final : public Run {
   Digester digester_;
   Metrics metrics_;
 };
-
 
 MatrixXd BackwardStructureRun::covariance(const double* y) const {
   const Index k = filtered();
@@ -176,7 +173,8 @@ VectorXd BackwardStructureRun::controls(double t_s, const double* y) const {
   rigid.segment(6, e).setZero();
   rigid.tail(e).setZero();
 
-  const MatrixXd gain = covariance(y) * design.filter.output.transpose() / spec_.control->intensities.measurement;
+  const MatrixXd gain =
+      covariance(y) * design.filter.output.transpose() / spec_.control->intensities.measurement;
   const bool is_printed = spec_.control->gains.form == LawForm::as_printed;
   VectorXd seen = filtered_state;
   if (is_printed) {
@@ -203,7 +201,8 @@ void BackwardStructureRun::slope(double t_s, const double* y, double* rate) cons
   const Eigen::Map<const VectorXd> z(y, p), v(y + p, p);
   const VectorXd u = controls(t_s, y);
   VectorXd force = terms_.inputs * u - terms_.tangential * a - terms_.centrifugal * (w * w);
-  force -= (spec_.alpha_1_s * structure.mass + spec_.beta_s * structure.stiffness + w * structure.gyroscopic) * v;
+  force -=
+      (spec_.alpha_1_s * structure.mass + spec_.beta_s * structure.stiffness + w * structure.gyroscopic) * v;
   force -= (structure.stiffness + a * structure.tangential + w * w * structure.centrifugal) * z;
   Eigen::Map<VectorXd>(rate, p) = v;
   Eigen::Map<VectorXd> acceleration(rate + p, p);
@@ -221,7 +220,8 @@ void BackwardStructureRun::slope(double t_s, const double* y, double* rate) cons
                           frequency * frequency * x[i] - design.tracking.input[i] * a;
   }
   const MatrixXd covariance_now = covariance(y);
-  const MatrixXd gain = covariance_now * design.filter.output.transpose() / spec_.control->intensities.measurement;
+  const MatrixXd gain =
+      covariance_now * design.filter.output.transpose() / spec_.control->intensities.measurement;
   const Eigen::Map<const VectorXd> estimate(y + 2 * p + 2 * m, k);
   MatrixXd a_ff(k, k);
   a_ff << terms_.a.block(6, 6, e, e), terms_.a.block(6, n + 6, e, e), terms_.a.block(n + 6, 6, e, e),
@@ -261,7 +261,8 @@ BackwardStructureRun::BackwardStructureRun(const StructureSpecification& specifi
   check_sundials(CVodeSetUserData(solver_.memory, this), "CVodeSetUserData");
   const double tolerance = spec_.verification_tolerance;
   check_sundials(CVodeSStolerances(solver_.memory, tolerance, tolerance * 1e-3), "CVodeSStolerances");
-  check_sundials(CVodeSetLinearSolver(solver_.memory, solver_.linear, solver_.matrix), "CVodeSetLinearSolver");
+  check_sundials(CVodeSetLinearSolver(solver_.memory, solver_.linear, solver_.matrix),
+                 "CVodeSetLinearSolver");
   check_sundials(CVodeSetMaxNumSteps(solver_.memory, 10000000), "CVodeSetMaxNumSteps");
   report_.propagator.name = "sundials_cvode_bdf";
 }

@@ -94,6 +94,7 @@ StructureController controller_of(const StructureSpecification& spec, const Slew
   ElasticTracking tracking = elastic_tracking(design, spec.alpha_1_s, spec.beta_s, control.tracked_modes,
                                               control.tracking_scale, control.rigid_reference);
   ElasticFilter filter = elastic_filter(dynamics, output, control.intensities);
+  part_of(StructurePart::filter, [&] { return check_filter_work(filter, spec.duration_s); });
   TrackingLaw law = part_of(StructurePart::surface, [&] {
     return tracking_law(design, dynamics, tracking.shapes, output, control.gains);
   });
@@ -164,8 +165,8 @@ MatrixXd sensor_rows(const StructureSpecification& spec, const SlewingStructure&
 std::shared_ptr<const StructureSystem> build_structure_system(const StructureSpecification& spec) {
   StructureElements elements = part_of(StructurePart::frame, [&] { return structure_elements(spec); });
   const SlewingStructure& structure = elements.structure;
-  ReducedStructure plant = part_of(
-      StructurePart::plant, [&] { return reduce(structure, elastic_basis(elements, spec.plant)); });
+  ReducedStructure plant =
+      part_of(StructurePart::plant, [&] { return reduce(structure, elastic_basis(elements, spec.plant)); });
   ReducedStructure design = !spec.control ? plant : part_of(StructurePart::design, [&] {
     return reduce(structure, elastic_basis(elements, spec.control->design));
   });
@@ -180,9 +181,9 @@ std::shared_ptr<const StructureSystem> build_structure_system(const StructureSpe
   MatrixXd sensors = sensor_rows(spec, structure, plant);
   std::optional<StructureController> controller;
   if (spec.control) controller = controller_of(spec, structure, design);
-  return std::make_shared<const StructureSystem>(StructureSystem{
-      std::move(elements), std::move(plant), std::move(design), std::move(dynamics), std::move(command),
-      std::move(antenna), std::move(sensors), std::move(controller)});
+  return std::make_shared<const StructureSystem>(
+      StructureSystem{std::move(elements), std::move(plant), std::move(design), std::move(dynamics),
+                      std::move(command), std::move(antenna), std::move(sensors), std::move(controller)});
 }
 
 std::shared_ptr<const StructureSystem> with_command(const StructureSystem& system,

@@ -54,11 +54,10 @@ std::string random_request(const Options& options, std::mt19937_64& random) {
   json maneuver = {{"initial_angle_deg", 20 * unit(random) - 10}};
   if (base.at("maneuver").at("type") == "three_axis")
     maneuver = {{"initial_rate_deg_s", {unit(random) - 0.5, unit(random) - 0.5, unit(random) - 0.5}}};
-  json request = {
-      {"preset", preset},
-      {"maneuver", maneuver},
-      {"simulation", {{"seed", random() % 1000}}},
-      {"telemetry", {{"publish_max_hz", random() % 3 * 50}}}};
+  json request = {{"preset", preset},
+                  {"maneuver", maneuver},
+                  {"simulation", {{"seed", random() % 1000}}},
+                  {"telemetry", {{"publish_max_hz", random() % 3 * 50}}}};
   if (const json& plant = base.at("plant"); plant.contains("inertia_kg_m2"))
     request["plant"]["inertia_kg_m2"] = scaled(plant.at("inertia_kg_m2"), 1 + 0.4 * unit(random));
   if (unit(random) < options.real_time_share) {
