@@ -106,8 +106,7 @@ TEST(StructureRequest, DesignsThatDoNotExistAreRefused) {
   request["actuator"]["groups"].erase(0);
   expect_reason(request, "/actuator/groups", "no stabilising solution");
   request = resolved(kTracking);
-  request["actuator"]["groups"].push_back(
-      {{"name", "again"}, {"node", 0}, {"motions", {"ux"}}});
+  request["actuator"]["groups"].push_back({{"name", "again"}, {"node", 0}, {"motions", {"ux"}}});
   expect_reason(request, "/actuator/groups", "depend on each other");
 
   // Out of its plane a plane structure's motion is not seen in the plane.
@@ -162,9 +161,10 @@ TEST(StructureRequest, APulseThatOverlapsIsFlownWithAWord) {
 // Slews from anywhere to anywhere. The other way round what is centrifugal keeps its sign.
 TEST(StructureRequest, TheInitialAngleIsNoMatter) {
   const auto pointing = [](double from_deg, double to_deg) {
-    const auto run = make_run(prepared({{"preset", kOpen},
-                                        {"maneuver", {{"initial_angle_deg", from_deg}, {"final_angle_deg", to_deg}}},
-                                        {"simulation", {{"duration_s", 1}}}}));
+    const auto run =
+        make_run(prepared({{"preset", kOpen},
+                           {"maneuver", {{"initial_angle_deg", from_deg}, {"final_angle_deg", to_deg}}},
+                           {"simulation", {{"duration_s", 1}}}}));
     Ignore ignore;
     while (run->advance(std::numeric_limits<double>::infinity(), 1 << 20, ignore) == RunStatus::running) {
     }
@@ -195,7 +195,9 @@ TEST(StructureRequest, WhatIsDerivedIsKept) {
 TEST(StructureRequest, ModelTellsReductionsApart) {
   const json document = model(prepared(
       {{"preset", kTracking},
-       {"plant", {{"coordinates", {{"type", "clamped_modes"}, {"count", 6}, {"shifts_rad_s", nullptr}, {"loads", nullptr}}}}},
+       {"plant",
+        {{"coordinates",
+          {{"type", "clamped_modes"}, {"count", 6}, {"shifts_rad_s", nullptr}, {"loads", nullptr}}}}},
        {"controller",
         {{"design",
           {{"type", "krylov_vectors"},
@@ -203,7 +205,8 @@ TEST(StructureRequest, ModelTellsReductionsApart) {
            {"loads", {{{"node", 7}, {"motions", {"ux", "uy"}}}}}}}}},
        {"outputs", {{"responses_at_rad_s", {10, 17, 25, 42}}}}}));
   const json& at = document.at("responses").at("at");
-  // The reference: Krylov vectors 2.8, 3.5, 10 % off at 17, 25 and 42 rad/s, six clamped modes 0.15, 0.8, 2.9 %.
+  // The reference: Krylov vectors 2.8, 3.5, 10 % off at 17, 25 and 42 rad/s, six clamped modes 0.15, 0.8, 2.9
+  // %.
   const double krylov[] = {4e-7, 0.028, 0.035, 0.10}, clamped[] = {0.003, 0.0015, 0.008, 0.029};
   for (std::size_t i = 1; i < 4; ++i) {
     EXPECT_NEAR(at[i].at("design_error_damped").get<double>(), krylov[i], 0.07 * krylov[i]) << i;
@@ -214,7 +217,8 @@ TEST(StructureRequest, ModelTellsReductionsApart) {
 }
 
 TEST(StructureRequest, DescribesAndDraws) {
-  for (const char* preset : {"sung-lee-kim-2001/rigid-body", "benchmark/free-free-beam", "benchmark/four-bay-truss"}) {
+  for (const char* preset :
+       {"sung-lee-kim-2001/rigid-body", "benchmark/free-free-beam", "benchmark/four-bay-truss"}) {
     const Prepared made = prepared({{"preset", preset}});
     const json document = describe(made);
     EXPECT_GT(document.at("plant").at("mass_kg").get<double>(), 0);
