@@ -10,7 +10,7 @@
 #include "server/control/tracking_sliding_mode.hpp"
 #include "server/estimation/elastic_filter.hpp"
 #include "server/guidance/elastic_tracking.hpp"
-#include "server/guidance/sine_squared_slew.hpp"
+#include "server/guidance/sine_squared_pulses.hpp"
 #include "server/simulation/run.hpp"
 #include "server/structure/reduction.hpp"
 

@@ -1,4 +1,4 @@
-#include "server/guidance/sine_squared_slew.hpp"
+#include "server/guidance/sine_squared_pulses.hpp"
 
 #include <algorithm>
 #include <cmath>
