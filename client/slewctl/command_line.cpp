@@ -91,6 +91,15 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
       ->add_option("--timeout", options.timeout_s, "give up waiting for the acceptance after so many seconds")
       ->check(positive);
 
+  auto* compare = commands.add(Command::compare, "compare", "fly several presets and set them side by side",
+                               "slewctl compare 'benchmark/comparison-*' --plot comparison.png");
+  compare->add_option("presets", options.ids, "names; * at the end for all that begin so")->required();
+  compare->add_option("--set", options.set, "path=value in each of them; may be repeated")
+      ->allow_extra_args(false);
+  compare->add_option("--plot", options.output, "draw the angle that is left: FILE.png, FILE.svg, or -");
+  compare->add_option("--timeout", options.timeout_s, "give up waiting after so many seconds")
+      ->check(positive);
+
   add_id(commands.add(Command::result, "result", "the result of an experiment that has ended",
                       "slewctl result 0193"),
          options);
@@ -171,6 +180,13 @@ std::optional<int> parse_command_line(int argc, char** argv, Options& options) {
       commands.add(Command::model, "model", "modes and couplings from beams and masses; no server needed",
                    "slewctl model --preset agrawal-bang-1995/flexible-frame-elbow-heavy"),
       options);
+  auto* plan = commands.add(Command::plan, "plan", "plan a maneuver without flying it; no server needed",
+                            "slewctl plan --preset vadali-singh-carter-1993/on-off-200-lbf --plot plan.png");
+  add_request(plan, options);
+  plan->add_option("--plot", options.output, "draw controls, rates and attitude: FILE.png, FILE.svg, or -");
+  plan->add_option("--cube", options.cube, "draw the path on the control cube: FILE.png, FILE.svg, or -");
+  plan->add_option("--timeout", options.timeout_s, "take the best that is found in so many seconds")
+      ->check(positive);
   commands.add(Command::server, "server", "who serves this domain", "slewctl server");
   commands.add(Command::doctor, "doctor", "why do I see nothing? one check after the other",
                "slewctl doctor --domain 7");

@@ -23,6 +23,8 @@ int schema(const Options& options);
 int validate(const Options& options);
 int describe(const Options& options);
 int model(const Options& options);
+int plan(const Options& options);
+int compare(const Options& options);
 
 int server(const Options& options);
 int doctor(const Options& options);

@@ -6,6 +6,7 @@
 #include "client/slewctl/connection.hpp"
 #include "client/slewctl/design_picture.hpp"
 #include "client/slewctl/gnuplot.hpp"
+#include "client/slewctl/prepared_request.hpp"
 #include "client/slewctl/terminal.hpp"
 #include "server/experiment/experiment.hpp"
 #include "server/experiment/preset.hpp"
@@ -16,43 +17,6 @@ namespace {
 
 using nlohmann::json;
 
-// Prepares the request, or says on the way out why it cannot be.
-Prepared prepared_or_stop(const Options& options) {
-  auto outcome = prepare(request_text(options));
-  if (auto* prepared = std::get_if<Prepared>(&outcome)) return std::move(*prepared);
-  const auto& rejection = std::get<Rejection>(outcome);
-  json violations = json::array();
-  for (const Violation& violation : rejection.violations) violations.push_back(to_json(violation));
-  if (options.json)
-    print_json({{"code", rejection.code},
-                {"sentence", rejection.sentence},
-                {"violations", violations},
-                {"warnings", json::array()}});
-  throw Stop{kRefused, rejection.sentence + "\n" + violations_in_words(violations)};
-}
-
-std::string in_words(const json& value) {
-  if (value.is_number()) return number(value.get<double>());
-  if (value.is_string()) return value.get<std::string>();
-  if (!value.is_array()) return value.dump();
-  std::string text;
-  for (const json& element : value) text += (text.empty() ? "" : ", ") + in_words(element);
-  return "[" + text + "]";
-}
-
-// Numbers of a description, one a line, with the path that leads to them. Curves are for pictures and
-// programs.
-void add_rows(std::vector<std::vector<std::string>>& rows, const std::string& path, const json& value) {
-  const bool is_list = value.is_array() && !value.empty() && value.front().is_object();
-  if (value.is_object() || is_list) {
-    const std::string prefix = path.empty() ? path : path + ".";
-    for (const auto& [key, child] : value.items())
-      if (key != "curve") add_rows(rows, prefix + key, child);
-  } else {
-    rows.push_back({path, in_words(value)});
-  }
-}
-
 // A row for each mode, as clamped and coupled to the hub; hub-free frequencies do not belong to one each, but
 // stand in order.
 std::string mode_table(const json& plant) {
@@ -62,9 +26,9 @@ std::string mode_table(const json& plant) {
       {"mode", "clamped, Hz", "damping", "D, kg^1/2 m", "D^2, kg m^2", "hub free, Hz"}};
   for (std::size_t i = 0; i < couplings.size(); ++i) {
     const double coupling = couplings[i];
-    rows.push_back({std::to_string(i + 1), in_words(plant.at("clamped_frequencies_hz")[i]),
-                    in_words(plant.at("damping_ratios")[i]), number(coupling), number(coupling * coupling),
-                    in_words(plant.at("free_frequencies_hz")[i])});
+    rows.push_back({std::to_string(i + 1), value_in_words(plant.at("clamped_frequencies_hz")[i]),
+                    value_in_words(plant.at("damping_ratios")[i]), number(coupling),
+                    number(coupling * coupling), value_in_words(plant.at("free_frequencies_hz")[i])});
   }
   return "\n" + table(rows);
 }
@@ -114,7 +78,7 @@ int schema(const Options& options) {
 }
 
 int validate(const Options& options) {
-  const Prepared prepared = prepared_or_stop(options);
+  const Prepared prepared = prepared_request(options);
   if (options.json)
     print_json({{"code", "ok"},
                 {"sentence", "this is a request"},
@@ -127,7 +91,7 @@ int validate(const Options& options) {
 
 int describe(const Options& options) {
   if (!options.output.empty()) check_picture_name(options.output);
-  const Prepared prepared = prepared_or_stop(options);
+  const Prepared prepared = prepared_request(options);
   json description = slew::describe(prepared);
   if (!options.output.empty()) {
     description["design"] = design_curves(prepared);
@@ -138,36 +102,33 @@ int describe(const Options& options) {
     print_json(description);
     return kDone;
   }
-  std::vector<std::vector<std::string>> rows{{std::string("what"), std::string("value")}};
-  for (const auto& [key, value] : description.items())
-    if (key != "request" && key != "warnings" && key != "design") add_rows(rows, key, value);
-  std::cout << table(rows);
-  for (const json& warning : description.at("warnings"))
-    std::cout << "warning: " << warning.get<std::string>() << "\n";
+  const json warnings = description.at("warnings");
+  for (const char* key : {"request", "warnings", "design"}) description.erase(key);
+  std::cout << rows_in_words(description);
+  for (const json& warning : warnings) std::cout << "warning: " << warning.get<std::string>() << "\n";
   return kDone;
 }
 
 int model(const Options& options) {
-  json document = slew::model(prepared_or_stop(options));
+  const json document = slew::model(prepared_request(options));
   if (options.json) {
     print_json(document);
     return kDone;
   }
   const std::string modes = mode_table(document.at("plant"));
-  std::vector<std::vector<std::string>> rows{{std::string("what"), std::string("value")}};
+  json shown = json::object();
   if (document.at("plant").at("type") == "flexible_structure")
     for (const char* part : {"maneuvering", "flown", "design_model", "frequency_errors", "responses",
                              "command", "controller", "slew"})
-      if (!document.at(part).is_null()) add_rows(rows, part, document.at(part));
+      if (!document.at(part).is_null()) shown[part] = document.at(part);
   for (const char* part : {"plant", "frame"}) {
-    json& block = document.at(part);
-    if (block.is_null()) continue;
+    if (document.at(part).is_null()) continue;
+    shown[part] = document.at(part);
     for (const char* list :
          {"clamped_frequencies_hz", "damping_ratios", "couplings_sqrt_kg_m", "free_frequencies_hz"})
-      block.erase(list);
-    add_rows(rows, part, block);
+      shown[part].erase(list);
   }
-  std::cout << table(rows) << modes;
+  std::cout << rows_in_words(shown) << modes;
   for (const json& warning : document.at("warnings"))
     std::cout << "warning: " << warning.get<std::string>() << "\n";
   return kDone;

@@ -45,6 +45,10 @@ int dispatch(const Options& options) {
       return describe(options);
     case Command::model:
       return model(options);
+    case Command::plan:
+      return plan(options);
+    case Command::compare:
+      return compare(options);
     case Command::server:
       return server(options);
     case Command::doctor:

@@ -27,6 +27,8 @@ enum class Command {
   validate,
   describe,
   model,
+  plan,
+  compare,
   server,
   doctor,
   plot,
@@ -62,6 +64,7 @@ struct Options {
   std::optional<double> to_s;
   std::int64_t max_samples = 0;
   std::string hdf5;
+  std::string cube;    ///< file of a picture of the control cube
   std::string output;  ///< a picture's or a table's file; "-": the terminal
   // watch
   bool csv = false;

@@ -14,9 +14,10 @@ using nlohmann::json;
 // The last part of a name is its unit: "overshoot_deg" is read as "overshoot", "deg".
 std::pair<std::string, std::string> name_and_unit(const std::string& key) {
   static const std::vector<std::pair<std::string, std::string>> units = {
-      {"_N2_m2_s", "N² m² s"}, {"_N2_s", "N² s"}, {"_N_m_s", "N m s"}, {"_deg_s", "deg/s"},
-      {"_rad_s", "rad/s"},     {"_N_m", "N m"},   {"_kg", "kg"},       {"_m3", "m³"},
-      {"_deg", "deg"},         {"_rad", "rad"},   {"_s", "s"}};
+      {"_N2_m2_s", "N² m² s"}, {"_N2_s", "N² s"},   {"_N_m_s", "N m s"},
+      {"_deg_s", "deg/s"},     {"_rad_s", "rad/s"}, {"_N_m", "N m"},
+      {"_kg", "kg"},           {"_m3", "m³"},       {"_J", "J"},
+      {"_deg", "deg"},         {"_rad", "rad"},     {"_s", "s"}};
   std::string name = key, unit;
   for (const auto& [suffix, words] : units)
     if (key.ends_with(suffix)) {

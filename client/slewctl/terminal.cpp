@@ -75,7 +75,10 @@ void Progress::show(const slew_v1_Experiment& status) {
   if (quiet_) return;
   const std::string phase(wire::phase_name(status.phase));
   char times[80];
-  std::snprintf(times, sizeof times, "t = %.3f of %.6g s", status.t_sim_s, status.duration_s);
+  if (status.phase == slew_v1_PLANNING)
+    std::snprintf(times, sizeof times, "%.0f %%", 100 * status.progress);
+  else
+    std::snprintf(times, sizeof times, "t = %.3f of %.6g s", status.t_sim_s, status.duration_s);
   if (is_terminal_) {
     std::fprintf(stderr, "\r\x1b[K%s %-9s %s", bar(status.progress, 30).c_str(), phase.c_str(), times);
     std::fflush(stderr);

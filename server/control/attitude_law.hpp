@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "server/control/linear_surface.hpp"
+#include "server/control/planned_torque.hpp"
 #include "server/control/quaternion_feedback.hpp"
 #include "server/control/rate_damping.hpp"
 #include "server/control/sliding_mode.hpp"
@@ -17,7 +18,8 @@ using AttitudeLaw = std::variant<SlidingMode,         //
                                  LinearSurface,       //
                                  QuaternionFeedback,  //
                                  RateDamping,         //
-                                 TorqueProgram>;
+                                 TorqueProgram,       //
+                                 PlannedTorque>;
 
 template <typename Scalar>
 AttitudeCommand<Scalar> command(const AttitudeLaw& law, const AttitudeSight<Scalar>& sight) {

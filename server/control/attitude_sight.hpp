@@ -30,6 +30,7 @@ struct AttitudeSight {
   /// When the present step of the loop began: laws that change with time change at the beginning of steps
   /// only, at the times that their next_change_s names.
   double step_began_s = 0;
+  double t_s = 0;  ///< now
 };
 
 template <typename Scalar>

@@ -6,11 +6,11 @@
 namespace slew {
 namespace {
 
-MrpReference<double> reference_at(const FinalAttitude&, double) {
+MrpReference<double> reference_at(const FinalAttitude&, double, double) {
   return {};
 }
 
-MrpReference<double> reference_at(const MrpSinusoids& sinusoids, double t_s) {
+MrpReference<double> reference_at(const MrpSinusoids& sinusoids, double t_s, double) {
   const auto frequency = sinusoids.frequency_rad_s.array();
   const auto amplitude = sinusoids.amplitude.array();
   const Eigen::Array3d phase = frequency * t_s + sinusoids.phase_rad.array();
@@ -21,7 +21,7 @@ MrpReference<double> reference_at(const MrpSinusoids& sinusoids, double t_s) {
   return reference;
 }
 
-MrpReference<double> reference_at(const EigenaxisRotation& rotation, double t_s) {
+MrpReference<double> reference_at(const EigenaxisRotation& rotation, double t_s, double) {
   const double x = std::clamp((t_s - rotation.from_s) / rotation.duration_s, 0.0, 1.0);
   const double span = rotation.final_angle_rad - rotation.initial_angle_rad;
   const double angle = rotation.initial_angle_rad + span * x * x * x * (10 + x * (-15 + 6 * x));
@@ -39,6 +39,13 @@ MrpReference<double> reference_at(const EigenaxisRotation& rotation, double t_s)
   return reference;
 }
 
+MrpReference<double> reference_at(const PlannedMotion& motion, double t_s, double step_began_s) {
+  return motion.table ? motion.table->at(t_s, step_began_s) : MrpReference<double>{};
+}
+
+double change_after(const PlannedMotion& motion, double t_s) {
+  return motion.table ? motion.table->next_jump_s(t_s) : std::numeric_limits<double>::infinity();
+}
 double change_after(const FinalAttitude&, double) {
   return std::numeric_limits<double>::infinity();
 }
@@ -54,8 +61,8 @@ double change_after(const EigenaxisRotation& rotation, double t_s) {
 
 }  // namespace
 
-MrpReference<double> MrpTrajectory::at(double t_s) const {
-  return std::visit([&](const auto& held) { return reference_at(held, t_s); }, shape);
+MrpReference<double> MrpTrajectory::at(double t_s, double step_began_s) const {
+  return std::visit([&](const auto& held) { return reference_at(held, t_s, step_began_s); }, shape);
 }
 
 double MrpTrajectory::next_change_s(double t_s) const {

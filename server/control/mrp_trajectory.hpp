@@ -1,9 +1,10 @@
 // References p_d(t) that an attitude law follows, with their first two derivatives.
 #pragma once
 
+#include <memory>
 #include <variant>
 
-#include "server/control/attitude_sight.hpp"
+#include "server/control/mrp_table.hpp"
 
 namespace slew {
 
@@ -26,12 +27,19 @@ struct EigenaxisRotation {
   double from_s = 0, duration_s = 1;
 };
 
-struct MrpTrajectory {
-  std::variant<FinalAttitude, MrpSinusoids, EigenaxisRotation> shape;
+/// The motion of a maneuver that was planned. Null as long as there is no plan: the final attitude.
+struct PlannedMotion {
+  std::shared_ptr<const MrpTable> table;
+};
 
-  MrpReference<double> at(double t_s) const;
+struct MrpTrajectory {
+  std::variant<FinalAttitude, MrpSinusoids, EigenaxisRotation, PlannedMotion> shape;
+
+  /// As a step of the loop sees it that began at `step_began_s`.
+  MrpReference<double> at(double t_s, double step_began_s) const;
+  MrpReference<double> at(double t_s) const { return at(t_s, t_s); }
   bool is_fixed() const { return std::holds_alternative<FinalAttitude>(shape); }
-  /// The first time after t at which a third derivative jumps; infinity when there is none.
+  /// The first time after t at which a second or third derivative jumps; infinity when there is none.
   double next_change_s(double t_s) const;
 };
 

@@ -51,19 +51,6 @@ std::optional<double> optional_number(const json& block, const char* name) {
   return place == block.end() ? std::nullopt : std::optional(place->get<double>());
 }
 
-/// The attitude a, and then b as seen from there.
-Vector4d compose(const Vector4d& a, const Vector4d& b) {
-  const Vector3d av = a.tail<3>(), bv = b.tail<3>();
-  Vector4d q;
-  q[0] = a[0] * b[0] - av.dot(bv);
-  q.tail<3>() = a[0] * bv + b[0] * av + av.cross(bv);
-  return q;
-}
-
-Vector4d inverse(const Vector4d& q) {
-  return {q[0], -q[1], -q[2], -q[3]};
-}
-
 /// Without the way through Euler parameters, which would round it.
 std::optional<Vector3d> mrp_as_given(const json& attitude) {
   const json& type = attitude.at("type");
@@ -72,11 +59,26 @@ std::optional<Vector3d> mrp_as_given(const json& attitude) {
   return vector_of(attitude.at("axis")).stableNormalized() * std::tan(radians(attitude.at("angle_deg")) / 4);
 }
 
+std::optional<PivotWeight> specify_weight(const json& plant) {
+  const auto weight = plant.find("pivot_weight");
+  if (weight == plant.end()) return std::nullopt;
+  return PivotWeight{weight->at("mass_kg"), vector_of(weight->at("centre_m")), weight->at("gravity_m_s2")};
+}
+
+std::optional<PedestalSprings> specify_springs(const json& plant) {
+  const auto springs = plant.find("pedestal_springs");
+  if (springs == plant.end()) return std::nullopt;
+  return PedestalSprings{springs->at("pitch_N_m_rad"), springs->at("roll_N_m_rad"),
+                         radians(springs->at("pitch_at_rest_deg"))};
+}
+
 RigidBodyPlant specify_plant(const json& plant) {
   return {.inertia_kg_m2 = matrix_of(plant.at("inertia_kg_m2")),
           .attitude =
               plant.at("attitude") == "mrp" ? AttitudeParameters::mrp : AttitudeParameters::euler_parameters,
-          .shadow_switch_norm = optional_number(plant, "shadow_switch_norm")};
+          .shadow_switch_norm = optional_number(plant, "shadow_switch_norm"),
+          .weight = specify_weight(plant),
+          .springs = specify_springs(plant)};
 }
 
 MrpTrajectory specify_reference(const json& reference) {
@@ -89,6 +91,7 @@ MrpTrajectory specify_reference(const json& reference) {
     return {EigenaxisRotation{
         vector_of(reference.at("axis")).stableNormalized(), radians(reference.at("initial_angle_deg")),
         radians(reference.at("final_angle_deg")), reference.at("from_s"), reference.at("duration_s")}};
+  if (type == "planned") return {PlannedMotion{}};
   return {};
 }
 
@@ -177,12 +180,20 @@ void specify_valve(const json& valve, const json& set, Thruster& thruster) {
   thruster.noise = number("noise");
 }
 
+std::optional<Vector3d> optional_vector(const json& block, const char* name) {
+  const auto place = block.find(name);
+  return place == block.end() ? std::nullopt : std::optional(vector_of(*place));
+}
+
 AttitudeActuator specify_actuator(const json& actuator) {
   const json& type = actuator.at("type");
   if (type == "ideal_torque") {
     IdealTorque ideal;
     if (const auto most = actuator.find("maximum_torque_N_m"); most != actuator.end())
       ideal.maximum_N_m = vector_of(*most);
+    if (const auto influence = actuator.find("influence_N_m"); influence != actuator.end())
+      ideal.influence_N_m = matrix_of(*influence);
+    ideal.gas_flow_m3_s = optional_vector(actuator, "gas_flow_m3_s");
     return ideal;
   }
   if (type == "axis_thrusters") {
@@ -193,6 +204,16 @@ AttitudeActuator specify_actuator(const json& actuator) {
     pairs.modulator = specify_modulator(actuator.at("modulator"));
     pairs.propellant = specify_propellant(actuator);
     return pairs;
+  }
+  if (type == "thruster_couples") {
+    AxisThrusters couples;
+    const Matrix3d influence = influence_of_couples(actuator, couples.net_force_N);
+    couples.torque_N_m = influence.colwise().norm();
+    couples.axes = influence.colwise().normalized();
+    couples.gas_flow_m3_s = optional_vector(actuator, "gas_flow_m3_s");
+    specify_valve(actuator, actuator, couples.valve);
+    couples.modulator = specify_modulator(actuator.at("modulator"));
+    return couples;
   }
   MountedThrusters mounted;
   mounted.modulator = specify_modulator(actuator.at("modulator"));
@@ -232,6 +253,8 @@ Vector4d attitude_of(const json& attitude) {
     const Vector3d v{value.at(1).get<double>(), value.at(2).get<double>(), value.at(3).get<double>()};
     return Vector4d{value.at(0).get<double>(), v[0], v[1], v[2]}.stableNormalized();
   }
+  if (attitude.at("type") == "euler_123")
+    return euler_parameters_of_angles(radians_of(attitude.at("angles_deg")));
   if (attitude.at("type") == "rotation" && vector_of(attitude.at("axis")).isZero(0)) return Vector4d::Zero();
   return euler_parameters(*mrp_as_given(attitude));
 }
@@ -241,7 +264,21 @@ Vector3d initial_mrp_of(const json& maneuver) {
   const Vector4d final = attitude_of(maneuver.at("final_attitude"));
   if (final == Vector4d::UnitX())
     if (const auto given = mrp_as_given(initial)) return *given;
-  return mrp(compose(inverse(final), attitude_of(initial)));
+  return mrp(euler_parameter_product<double>(euler_parameter_conjugate(final), attitude_of(initial)));
+}
+
+Matrix3d influence_of_couples(const json& actuator, std::optional<Matrix3d>& net_force_N) {
+  if (const auto given = actuator.find("influence_N_m"); given != actuator.end()) return matrix_of(*given);
+  Matrix3d influence = Matrix3d::Zero(), force = Matrix3d::Zero();
+  for (const json& thruster : actuator.at("thrusters")) {
+    const Vector3d one = thruster.at("sign").get<double>() * thruster.at("thrust_N").get<double>() *
+                         vector_of(thruster.at("direction")).stableNormalized();
+    const Eigen::Index couple = thruster.at("couple").get<Eigen::Index>() - 1;
+    influence.col(couple) += vector_of(thruster.at("position_m")).cross(one);
+    force.col(couple) += one;
+  }
+  net_force_N = force;
+  return influence;
 }
 
 Thruster specify_thruster(const json& thruster, const json& set) {
@@ -267,6 +304,9 @@ AttitudeSpecification specify_attitude(const json& request) {
   const json& maneuver = request.at("maneuver");
   spec.maneuver.initial_mrp = initial_mrp_of(maneuver);
   spec.maneuver.initial_rate_rad_s = radians_of(maneuver.at("initial_rate_deg_s"));
+  spec.maneuver.final_attitude = attitude_of(maneuver.at("final_attitude"));
+  for (const char* end : {"initial_attitude", "final_attitude"})
+    if (maneuver.at(end).at("type") == "euler_123") spec.maneuver.tells_euler_angles = true;
   spec.maneuver.reference = specify_reference(maneuver.at("reference"));
   specify_law(request.at("controller"), request.at("estimator"), spec);
   spec.sensor = specify_sensor(request.at("sensors"));

@@ -33,6 +33,10 @@ Eigen::Vector4d attitude_of(const nlohmann::json& attitude);
 /// Of the body relative to the final attitude; kept as it is where that is none.
 Eigen::Vector3d initial_mrp_of(const nlohmann::json& maneuver);
 
+/// B of thrusters that fire in couples; and what they push with besides, where they are given one by one.
+Eigen::Matrix3d influence_of_couples(const nlohmann::json& actuator,
+                                     std::optional<Eigen::Matrix3d>& net_force_N);
+
 Thruster specify_thruster(const nlohmann::json& thruster, const nlohmann::json& set);
 
 }  // namespace slew

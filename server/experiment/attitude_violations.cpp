@@ -51,7 +51,7 @@ const std::vector<Choice>& choices() {
        "a law for a body in three axes has no use for a plant with one"},
       {"/actuator/type",
        {"on_off_pair", "proportional"},
-       {"ideal_torque", "axis_thrusters", "thruster_set"},
+       {"ideal_torque", "axis_thrusters", "thruster_couples", "thruster_set"},
        "thrusters about one axis cannot turn a body in three",
        "a plant with one axis has no use for torque about three"},
       {"/estimator/type",
@@ -186,16 +186,17 @@ bool check_attitude_block(const SoundFields& fields, const std::string& pointer,
   const auto is_zero = [](const json& numbers) {
     return std::all_of(numbers.begin(), numbers.end(), [](const json& value) { return value == 0; });
   };
-  for (const char* name : {"/type", "/axis", "/angle_deg", "/value"})
+  for (const char* name : {"/type", "/axis", "/angle_deg", "/value", "/angles_deg"})
     if (attitude->contains(name + 1) && !fields.has(pointer + name)) return false;
   if (!attitude->contains("type")) return false;
   const bool is_rotation = attitude->at("type") == "rotation";
-  const char* name = is_rotation ? "axis" : "value";
+  const bool is_angles = attitude->at("type") == "euler_123";
+  const char* name = is_rotation ? "axis" : is_angles ? "angles_deg" : "value";
   if (!attitude->contains(name) || (is_rotation && !attitude->contains("angle_deg"))) return false;
   const json& numbers = attitude->at(name);
   for (std::size_t i = 0; i < numbers.size(); ++i)
     if (!fields.number(pointer + '/' + name + '/' + std::to_string(i))) return false;
-  if (attitude->at("type") == "mrp" || !is_zero(numbers)) return true;
+  if (attitude->at("type") == "mrp" || is_angles || !is_zero(numbers)) return true;
   violate(pointer + '/' + name,
           is_rotation ? "the axis has no direction" : "Euler parameters that are all 0 are no attitude",
           shortened(numbers), is_rotation ? "a vector that is not 0" : "at least one that is not 0");
@@ -341,6 +342,7 @@ void check_authority(const SoundFields& fields, const json& thrusters, const Vio
 void check_thrusters(const SoundFields& fields, const Violate& violate) {
   const json* thrusters = fields.at("/actuator/thrusters");
   if (!thrusters || !thrusters->is_array()) return;
+  const bool is_set = !fields.says("/actuator/type", "thruster_couples");
   bool have_directions = true;
   for (std::size_t i = 0; i < thrusters->size(); ++i) {
     const std::string place = "/actuator/thrusters/" + std::to_string(i);
@@ -351,11 +353,11 @@ void check_thrusters(const SoundFields& fields, const Violate& violate) {
               "a vector that is not 0");
       have_directions = false;
     }
-    if (fields.lacks(place, "thrust_N") && fields.lacks("/actuator", "thrust_N"))
+    if (is_set && fields.lacks(place, "thrust_N") && fields.lacks("/actuator", "thrust_N"))
       violate(place + "/thrust_N", "a required field is missing", "",
               "given here, or as actuator.thrust_N for all");
   }
-  if (have_directions) check_authority(fields, *thrusters, violate);
+  if (have_directions && is_set) check_authority(fields, *thrusters, violate);
 }
 
 }  // namespace

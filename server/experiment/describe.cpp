@@ -6,6 +6,7 @@
 #include "server/experiment/description.hpp"
 #include "server/experiment/experiment.hpp"
 #include "server/experiment/phase_plane.hpp"
+#include "server/experiment/plan_document.hpp"
 #include "server/propagation/modal_basis.hpp"
 
 namespace slew {
@@ -234,6 +235,7 @@ json design_document(const OnOffAxisSpecification& spec) {
 
 json describe(const Prepared& prepared) {
   json document = std::visit([](const auto& spec) { return system_document(spec); }, prepared.system);
+  if (prepared.planning) document["guidance"] = problem_document(*prepared.planning);
   document["warnings"] = prepared.warnings;
   document["request"] = json::parse(prepared.resolved);
   return document;

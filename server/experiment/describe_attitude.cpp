@@ -33,11 +33,16 @@ json law_document(const AttitudeLaw& law) {
 // What the law asks for at the maneuver's initial state.
 json point_document(const AttitudeSpecification& spec) {
   const Vector3d &p = spec.maneuver.initial_mrp, &w = spec.maneuver.initial_rate_rad_s;
-  const auto asked = command<double>(spec.law, {p, w, spec.maneuver.reference.at(0), 0});
+  const auto asked = command<double>(spec.law, {p, w, spec.maneuver.reference.at(0), 0, 0});
   json document = {{"mrp", numbers(p)},
                    {"rate_rad_s", numbers(w)},
                    {"mrp_rate_1_s", numbers(mrp_rate<double>(p, w))},
                    {"torque_N_m", numbers(asked.torque_N_m)}};
+  if (const auto q =
+          euler_parameter_product<double>(spec.maneuver.final_attitude, euler_parameters<double>(p));
+      !spec.plant.is_free())
+    document["external_moment_N_m"] =
+        numbers(pedestal_moment<double>(spec.plant.weight, spec.plant.springs, q));
   if (!has_surface(spec.law)) return document;
   document["surface_rad_s"] = numbers(asked.surface_rad_s);
   document["equivalent_N_m"] = numbers(asked.equivalent_N_m);
@@ -107,7 +112,10 @@ json actuator_document(const IdealTorque& ideal, const AttitudeSpecification&) {
 }
 
 json actuator_document(const AxisThrusters& pairs, const AttitudeSpecification& spec) {
-  json document = {{"type", "axis_thrusters"}};
+  const bool are_couples = !pairs.axes.isIdentity(0) || pairs.net_force_N;
+  json document = {{"type", are_couples ? "thruster_couples" : "axis_thrusters"}};
+  if (are_couples) document["influence_N_m"] = rows_of(pairs.axes * pairs.torque_N_m.asDiagonal());
+  if (pairs.net_force_N) document["net_force_N"] = rows_of(*pairs.net_force_N);
   for (std::size_t i = 0; i < 6; ++i)
     document["most_torque_N_m"][kDirections[i]] = pairs.torque_N_m[static_cast<Eigen::Index>(i / 2)];
   std::vector<double> levels(pairs.torque_N_m.begin(), pairs.torque_N_m.end());

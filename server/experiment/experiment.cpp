@@ -8,6 +8,7 @@
 #include "server/experiment/limits.hpp"
 #include "server/experiment/linear_axis_request.hpp"
 #include "server/experiment/physics.hpp"
+#include "server/experiment/planning.hpp"
 #include "server/experiment/preset.hpp"
 #include "server/experiment/schema.hpp"
 #include "server/experiment/structure_request.hpp"
@@ -193,6 +194,13 @@ std::variant<Prepared, Rejection> prepare(std::string_view request_text) {
                         resolved.at("telemetry").at("publish_max_hz"),
                         resolved.at("telemetry").at("lossless")};
   prepared.resolved = resolved.dump();
+  if (auto* spec = std::get_if<AttitudeSpecification>(&prepared.system)) {
+    prepared.planning = planning_task(resolved, *spec);
+    if (!prepared.planning) return prepared;
+    if (auto violations = planning_violations(*prepared.planning, resolved); !violations.empty())
+      return invalid(std::move(violations));
+    if (prepared.planning->given) adopt_plan(prepared, plan_maneuver(*prepared.planning));
+  }
   return prepared;
 }
 

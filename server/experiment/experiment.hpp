@@ -41,7 +41,9 @@ struct TelemetrySpecification {
 using System = std::variant<OnOffAxisSpecification, LinearAxisSpecification, AttitudeSpecification,
                             StructureSpecification>;
 
-/// A request that may be flown. Immutable; any number of runs can be made from it.
+struct PlanningTask;  // guidance_request.hpp
+
+/// A request that may be flown, once it is planned. Any number of runs can be made from it.
 struct Prepared {
   std::string resolved;  ///< the complete request as JSON text: preset, overrides and defaults in one
   std::string preset;
@@ -54,6 +56,10 @@ struct Prepared {
   bool verify = false;
   std::uint64_t ballast_operations_per_step = 0;
   System system;
+  std::shared_ptr<const PlanningTask> planning;  ///< what must be planned before it flies; null: nothing
+  std::string plan;                              ///< as JSON text, once there is one (planning.hpp)
+
+  bool awaits_plan() const { return planning && plan.empty(); }
 };
 
 /// A request that may not: a code for programs, a sentence for people, and every reason.
@@ -63,7 +69,8 @@ struct Rejection {
   std::vector<Violation> violations;
 };
 
-/// Parses, resolves the preset, fills in defaults, validates against schema and physics.
+/// Parses, resolves the preset, fills in defaults, validates against schema and physics. Controls that are
+/// given are adopted at once; a search is left to the caller.
 std::variant<Prepared, Rejection> prepare(std::string_view request_text);
 
 std::unique_ptr<Run> make_run(const Prepared& prepared);

@@ -7,6 +7,7 @@
 #include "server/actuator/switching_delay.hpp"
 #include "server/experiment/attitude_request.hpp"
 #include "server/experiment/frame_request.hpp"
+#include "server/experiment/guidance_request.hpp"
 #include "server/experiment/limits.hpp"
 #include "server/experiment/linear_axis_request.hpp"
 #include "server/experiment/sound_fields.hpp"
@@ -149,6 +150,7 @@ std::vector<Violation> physics_violations(const json& request,
   } else {
     check_no_structure(fields, violate);
     check_attitude(fields, violate);
+    check_guidance(fields, violate);
   }
   // What has another number of axes than the plant needs no other reason, and a law that has makes no other
   // sense.

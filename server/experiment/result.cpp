@@ -96,6 +96,7 @@ json metrics_document(const Metrics& metrics, const ChannelTable& channels) {
           {"control_effort_N2_s", optional(metrics.control_effort_N2_s)},
           {"propellant_kg", optional(metrics.propellant_kg)},
           {"gas_volume_m3", optional(metrics.gas_volume_m3)},
+          {"kinetic_energy_J", optional(metrics.kinetic_energy_J)},
           {"limit_cycle", std::move(limit_cycle)},
           {"switching_period_s", optional(metrics.switching_period_s)},
           {"sliding_s", metrics.sliding_s},
@@ -198,6 +199,7 @@ json result_document(const ResultHeading& heading, const Prepared& prepared, con
             {"platform", platform()},
             {"digest", {{"xxh3_128", report.digest.hex()}, {"hashed_bytes", report.digest.hashed_bytes}}},
             {"lateness", nullptr}}},
+          {"plan", prepared.plan.empty() ? json(nullptr) : json::parse(prepared.plan)},
           {"verification", verification ? verification_document(*verification, channels) : json(nullptr)}};
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "server/control/control_profile.hpp"
 #include "server/plant/rigid_maneuver.hpp"
 
 namespace slew {
@@ -13,13 +14,6 @@ namespace slew {
 struct RigidState {
   Vector4<double> attitude = Vector4<double>::UnitX();   ///< q, norm 1; -q is the same attitude
   Eigen::Vector3d rate_rad_s = Eigen::Vector3d::Zero();  ///< body axes
-};
-
-/// What a family of control histories leaves to be chosen: see control_profile.hpp.
-enum class ProfileFamily {
-  on_off,           ///< least, zero or most control, switched at free times: what is time-optimal
-  smooth_switches,  ///< arctangents for switches, rounded at both ends (Eqs. 7, 8, 16)
-  impulses          ///< thrust, coast, thrust (Eq. 9)
 };
 
 /// One number of a profile that the planner may choose, or that is given.

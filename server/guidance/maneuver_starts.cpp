@@ -131,7 +131,7 @@ OnOffProgram ManeuverStarts::anywhere(std::uint64_t k) const {
 // as far with the part r of the thrust takes (1/r + r)/2 of the time.
 OnOffProgram ManeuverStarts::with_coasts(const OnOffProgram& program) const {
   const double part =
-      std::clamp(0.95 * *problem_->most_consumption / program.consumption(body_->plant), 0.02, 1.0);
+      std::clamp(0.95 * *problem_->most_consumption / consumption_of(program, body_->plant), 0.02, 1.0);
   if (!(part < 0.999)) return program;
   const double stretch = 0.5 * (1 / part + part);
   OnOffProgram slower = program;

@@ -114,20 +114,16 @@ constexpr int kLeastFineSteps = 8;
 
 }  // namespace
 
-std::size_t OnOffProgram::switches() const {
-  std::size_t count = 0;
-  for (const auto& times : switch_times_s) count += times.size();
-  return count;
-}
-
-double OnOffProgram::consumption(const RigidManeuverPlant& plant) const {
+double consumption_of(const OnOffProgram& program, const RigidManeuverPlant& plant) {
   double consumed = 0;
-  for (std::size_t i = 0; i < controls.size(); ++i)
-    for (std::size_t k = 0; k < controls[i].size(); ++k) {
-      const double from = k == 0 ? 0 : switch_times_s[i][k - 1];
-      const double to = k + 1 == controls[i].size() ? end_s : switch_times_s[i][k];
-      consumed += plant.consumption(static_cast<Eigen::Index>(i)) * std::abs(controls[i][k]) * (to - from);
+  for (std::size_t i = 0; i < program.controls.size(); ++i) {
+    const std::vector<double>&values = program.controls[i], &times_s = program.switch_times_s[i];
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const double from = k == 0 ? 0 : times_s[k - 1];
+      const double to = k + 1 == values.size() ? program.end_s : times_s[k];
+      consumed += plant.consumption(static_cast<Eigen::Index>(i)) * std::abs(values[k]) * (to - from);
     }
+  }
   return consumed;
 }
 

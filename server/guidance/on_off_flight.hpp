@@ -5,20 +5,13 @@
 
 #include <vector>
 
+#include "server/control/control_history.hpp"
 #include "server/guidance/variational_body.hpp"
 
 namespace slew {
 
-/// Which values each control takes one after the other, and when it changes.
-struct OnOffProgram {
-  std::vector<std::vector<double>> controls;        ///< of each control, its value in each segment
-  std::vector<std::vector<double>> switch_times_s;  ///< of each control, ascending; one less than its values
-  double end_s = 0;
-
-  std::size_t switches() const;
-  /// Integral of the sum of consumption |u_i|.
-  double consumption(const RigidManeuverPlant& plant) const;
-};
+/// Integral of the sum of consumption |u_i|.
+double consumption_of(const OnOffProgram& program, const RigidManeuverPlant& plant);
 
 /// A switch in flight.
 struct FlownSwitch {

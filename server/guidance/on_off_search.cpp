@@ -117,6 +117,7 @@ Eigen::VectorXd OnOffSearch::finished(const SwitchTimeProgram& program, Eigen::V
       if (z[j] > program.nonlinear().least[j] + 1e-9) inside.push_back(j);
     for (Eigen::Index i = 0; i < values.positive.size(); ++i)
       if (values.positive[i] < 1e-9) active.push_back(i);
+    if (inside.empty()) break;
     const auto rows = static_cast<Eigen::Index>(active.size()) + 6;
     Eigen::MatrixXd slope(rows, static_cast<Eigen::Index>(inside.size()));
     Eigen::VectorXd value(rows);
@@ -269,7 +270,7 @@ OnOffSolution OnOffSearch::polished(const OnOffSolution& solution) {
     c.head<6>() = slopes.error;
     a.topRows(6) = slopes.error_slope;
     if (conditions == 7) {
-      c[6] = (moved.consumption(body_->plant) - limit) / scale;
+      c[6] = (consumption_of(moved, body_->plant) - limit) / scale;
       a.row(6) = slopes.consumption_slope.transpose();
     }
   };

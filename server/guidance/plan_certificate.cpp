@@ -18,14 +18,14 @@ constexpr sunindextype kSize = 8;
 
 struct Flown {
   const RigidManeuverPlant& plant;
-  const Plan& plan;
+  const ControlHistory& history;
   Eigen::Matrix3d inverse;
   double begin_s = 0, end_s = 0;  // of the segment between breaks
 
   // Controls are those of the segment, also at its ends.
   Eigen::VectorXd control(double t) const {
-    if (plan.family != ProfileFamily::on_off) return control_at(plan, plant, t);
-    return control_at(plan, plant, 0.5 * (begin_s + end_s));
+    if (history.family != ProfileFamily::on_off) return control_at(history, plant, t);
+    return control_at(history, plant, 0.5 * (begin_s + end_s));
   }
 };
 
@@ -43,39 +43,11 @@ int slope(sunrealtype t, N_Vector x, N_Vector dx, void* context) {
   return 0;
 }
 
-// Where controls jump or bend.
-std::vector<double> breaks(const Plan& plan) {
-  std::vector<double> times = {0};
-  if (plan.family == ProfileFamily::on_off) {
-    for (const auto& of_control : plan.on_off.switch_times_s)
-      times.insert(times.end(), of_control.begin(), of_control.end());
-  } else {
-    for (const double t : {0.5, 1.0}) times.push_back(t * plan.time_s);
-    for (std::size_t i = 0; i < plan.layout.controls; ++i) {
-      std::vector<double> parts;
-      if (plan.family == ProfileFamily::impulses) {
-        const double t1 = plan.parameters[plan.layout.t1(i)];
-        parts = {t1, 2 * t1, 1 - 2 * t1, 1 - t1};
-      } else {
-        const double rise = plan.parameters[plan.layout.rise()];
-        parts = {rise, 1 - rise};
-        for (int j = 0; j < plan.layout.switches[i]; ++j)
-          parts.push_back(plan.parameters[plan.layout.first_switch(i) + static_cast<std::size_t>(j)]);
-      }
-      for (const double t : parts) times.push_back(std::clamp(t, 0.0, 1.0) * plan.time_s);
-    }
-  }
-  times.push_back(plan.time_s);
-  std::sort(times.begin(), times.end());
-  times.erase(std::unique(times.begin(), times.end()), times.end());
-  return times;
-}
-
 // `seen(t, x)` at every step's end and at the times asked for.
 template <typename Seen>
-void fly(const ManeuverProblem& problem, const Plan& plan, const std::vector<double>& times_s,
+void fly(const ManeuverProblem& problem, const ControlHistory& history, const std::vector<double>& times_s,
          const Seen& seen) {
-  Flown flown{problem.plant, plan, problem.plant.inertia_kg_m2.inverse()};
+  Flown flown{problem.plant, history, problem.plant.inertia_kg_m2.inverse()};
   ErkSolver solver;
   solver.state = N_VNew_Serial(kSize, solver.context);
   Eigen::Map<Eigen::Matrix<double, 8, 1>> x(N_VGetArrayPointer(solver.state));
@@ -85,21 +57,24 @@ void fly(const ManeuverProblem& problem, const Plan& plan, const std::vector<dou
   check_sundials(ERKStepSetTableNum(solver.memory, ARKODE_VERNER_8_5_6), "ERKStepSetTableNum");
   check_sundials(ERKStepSetUserData(solver.memory, &flown), "ERKStepSetUserData");
   check_sundials(ERKStepSetMaxNumSteps(solver.memory, 200000), "ERKStepSetMaxNumSteps");
-  check_sundials(ERKStepSetMaxStep(solver.memory, plan.time_s / 100), "ERKStepSetMaxStep");
-  std::vector<double> stops = breaks(plan);
+  check_sundials(ERKStepSetMaxStep(solver.memory, history.time_s / 100), "ERKStepSetMaxStep");
+  std::vector<double> stops = breaks_of(history);
   const std::vector<double> jumps = stops;
   stops.insert(stops.end(), times_s.begin(), times_s.end());
   std::sort(stops.begin(), stops.end());
   seen(0.0, x);
   double t = 0;
   for (const double stop : stops) {
-    if (!(stop > t) || stop > plan.time_s) {
-      if (stop == t) seen(t, x);
+    if (stop > history.time_s) break;
+    // What only rounding keeps apart has one state: the integrator does not move for less.
+    if (!(stop - t > 1e-14 * history.time_s)) {
+      t = std::max(t, stop);
+      seen(t, x);
       continue;
     }
     const auto after = std::upper_bound(jumps.begin(), jumps.end(), t);
     flown.begin_s = *(after - 1);
-    flown.end_s = after == jumps.end() ? plan.time_s : *after;
+    flown.end_s = after == jumps.end() ? history.time_s : *after;
     check_sundials(ERKStepReset(solver.memory, t, solver.state), "ERKStepReset");
     check_sundials(ERKStepSetStopTime(solver.memory, stop), "ERKStepSetStopTime");
     while (t < stop) {
@@ -144,10 +119,10 @@ void certify_flight(const ManeuverProblem& problem, const Plan& plan, double met
   }
 }
 
-std::vector<RigidState> fly_plan(const ManeuverProblem& problem, const Plan& plan,
-                                 const std::vector<double>& times_s) {
+std::vector<RigidState> fly_controls(const ManeuverProblem& problem, const ControlHistory& history,
+                                     const std::vector<double>& times_s) {
   std::vector<RigidState> states;
-  fly(problem, plan, times_s, [&](double t, const Eigen::Matrix<double, 8, 1>& x) {
+  fly(problem, history, times_s, [&](double t, const Eigen::Matrix<double, 8, 1>& x) {
     while (states.size() < times_s.size() && times_s[states.size()] <= t)
       states.push_back({x.head<4>(), x.segment<3>(4)});
     return;

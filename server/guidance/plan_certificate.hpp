@@ -10,7 +10,7 @@ void certify_flight(const ManeuverProblem& problem, const Plan& plan, double met
                     PlanCertificate& certificate);
 
 /// The state at `times_s` (ascending), by SUNDIALS likewise.
-std::vector<RigidState> fly_plan(const ManeuverProblem& problem, const Plan& plan,
-                                 const std::vector<double>& times_s);
+std::vector<RigidState> fly_controls(const ManeuverProblem& problem, const ControlHistory& history,
+                                     const std::vector<double>& times_s);
 
 }  // namespace slew

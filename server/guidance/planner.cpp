@@ -157,20 +157,11 @@ Plan plan(const ManeuverProblem& problem, const PlannerOptions& options, const P
   return plan;
 }
 
-Eigen::VectorXd control_at(const Plan& plan, const RigidManeuverPlant& plant, double t_s) {
-  Eigen::VectorXd u = Eigen::VectorXd::Zero(plant.controls());
-  if (t_s > plan.time_s || !(plan.time_s > 0)) return u;
-  for (Eigen::Index i = 0; i < u.size(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    if (plan.family == ProfileFamily::on_off) {
-      const auto& times = plan.on_off.switch_times_s[at];
-      const auto passed = std::upper_bound(times.begin(), times.end(), t_s) - times.begin();
-      u[i] = plan.on_off.controls[at][static_cast<std::size_t>(passed)];
-    } else {
-      const double part = profile_control(plan.layout, plan.parameters, at, t_s / plan.time_s);
-      u[i] = part < 0 ? -part * plant.least_control[i] : part * plant.most_control[i];
-    }
-  }
+Eigen::VectorXd control_at(const ControlHistory& history, const RigidManeuverPlant& plant, double t_s) {
+  Eigen::VectorXd u(plant.controls());
+  for (Eigen::Index i = 0; i < u.size(); ++i)
+    u[i] =
+        control_of(history, static_cast<std::size_t>(i), plant.least_control[i], plant.most_control[i], t_s);
   return u;
 }
 

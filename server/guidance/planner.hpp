@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <functional>
 
+#include "server/control/control_history.hpp"
 #include "server/control/torque_program.hpp"
-#include "server/guidance/control_profile.hpp"
 #include "server/guidance/maneuver_problem.hpp"
 #include "server/guidance/on_off_flight.hpp"
 
@@ -86,16 +86,12 @@ struct PlanCertificate {
   Eigen::Index critical_control = 0;
 };
 
-struct Plan {
+/// What was found is the control history itself.
+struct Plan : ControlHistory {
   PlanStatus status = PlanStatus::none;
   std::string why;                    ///< a sentence
   std::vector<ManeuverFault> faults;  ///< of a problem that was refused
-  double time_s = 0;
   double consumption = 0;
-  ProfileFamily family = ProfileFamily::on_off;
-  OnOffProgram on_off;             ///< the on-off family
-  ProfileLayout layout;            ///< the smooth families
-  std::vector<double> parameters;  ///< the smooth families, see control_profile.hpp
   PlanCertificate certificate;
   SearchLog log;
 };
@@ -103,8 +99,8 @@ struct Plan {
 Plan plan(const ManeuverProblem& problem, const PlannerOptions& options = {},
           const PlannerProgress& progress = {});
 
-/// u at t of the maneuver; zero after its end.
-Eigen::VectorXd control_at(const Plan& plan, const RigidManeuverPlant& plant, double t_s);
+/// u at t of the maneuver; zero from its end on.
+Eigen::VectorXd control_at(const ControlHistory& history, const RigidManeuverPlant& plant, double t_s);
 
 /// The plan as a torque about body axes; nothing where it coasts, where a control is not about one body axis,
 /// or where the two signs of a control differ in size.

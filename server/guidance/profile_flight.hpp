@@ -2,7 +2,7 @@
 // and V' = t_f (df/dx V + df/dp) over the time 0 to 1 (Vadali, Singh & Carter 1993, Eqs. 12, 19, 20).
 #pragma once
 
-#include "server/guidance/control_profile.hpp"
+#include "server/control/control_profile.hpp"
 #include "server/guidance/variational_body.hpp"
 
 namespace slew {

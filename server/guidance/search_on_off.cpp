@@ -118,7 +118,7 @@ bool search_on_off(const ManeuverProblem& problem, const ManeuverBody& body, con
   if (!best) return false;
   plan.on_off = best->maneuver;
   plan.time_s = best->maneuver.end_s;
-  plan.consumption = best->maneuver.consumption(body.plant);
+  plan.consumption = consumption_of(best->maneuver, body.plant);
   PlanCertificate& certificate = plan.certificate;
   certificate.residual = best->residual;
   certificate.violating_s = best->signs.violating_s;

@@ -132,7 +132,7 @@ void SwitchTimeProgram::evaluate(const Eigen::VectorXd& variables, NonlinearValu
   }
   if (limits_consumption_) {
     values.positive[row] =
-        (*problem_->most_consumption - flown.consumption(body_->plant)) / consumption_scale_;
+        (*problem_->most_consumption - consumption_of(flown, body_->plant)) / consumption_scale_;
     values.positive_slope.row(row) =
         -reference_s_ / consumption_scale_ * in_lengths(slope.consumption_slope.transpose());
     ++row;

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "server/attitude/euler_parameters.hpp"
+#include "server/plant/pedestal.hpp"
 
 namespace slew {
 
@@ -16,6 +16,17 @@ struct RigidBodyPlant {
   /// Modified Rodrigues parameters are replaced by their shadow where |p| grows beyond this; empty: never.
   /// More than 1, so that a rotation of exactly 180 deg does not flip at once.
   std::optional<double> shadow_switch_norm;
+  std::optional<PivotWeight> weight;  ///< then the inertia is about the pivot
+  std::optional<PedestalSprings> springs;
+
+  bool is_free() const { return !weight && !springs; }
+  /// External moments let the body swing no faster than that, rad/s.
+  double fastest_swing_rad_s() const {
+    double stiffness = 0;
+    if (weight) stiffness += std::abs(weight->mass_kg * weight->gravity_m_s2) * weight->centre_m.norm();
+    if (springs) stiffness += std::abs(springs->pitch_N_m_rad) + std::abs(springs->roll_N_m_rad);
+    return std::sqrt(stiffness * inertia_kg_m2.inverse().norm());
+  }
 };
 
 /// w', rad/s^2. `inverse` is J^-1.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "server/experiment/planning.hpp"
 #include "server/service/wakeup_grid.hpp"
 
 namespace slew::service {
@@ -230,6 +231,24 @@ bool Flight::rest_or_run() {
   if (has_wishes_.load(std::memory_order_relaxed)) return true;
   parked_ = true;
   return false;
+}
+
+bool Flight::has_been_called_off() {
+  const std::lock_guard lock(mutex_);
+  return wishes_.cancel || wishes_.interrupt || wishes_.expire;
+}
+
+bool Flight::adopt(const nlohmann::json& plan) {
+  const auto failure = adopt_plan(prepared_, plan);
+  if (failure) end(slew_v1_FAILED, *failure);
+  return !failure;
+}
+
+double Flight::progress() const {
+  const wire::Phase phase = this->phase();
+  if (phase == slew_v1_COMPLETED) return 1;
+  if (phase == slew_v1_PLANNING) return planning_progress_.load(std::memory_order_relaxed);
+  return entry_.duration_s > 0 ? std::min(1.0, t_sim_s() / entry_.duration_s) : 0;
 }
 
 bool Flight::is_called_off() {

@@ -67,6 +67,10 @@ class Flight {
   std::uint64_t overruns() const { return overruns_.load(std::memory_order_relaxed); }
   std::uint64_t oversleeps() const { return oversleeps_.load(std::memory_order_relaxed); }
 
+  /// 0 to 1 of the simulated time, or of the planning before it.
+  double progress() const;
+  bool has_been_called_off();
+
   /// Enters a phase and notes it for the publisher.
   void enter(wire::Phase phase);
   /// The share of a pacer's time it needs, from a trial before it was admitted; once it has flown for a
@@ -80,8 +84,16 @@ class Flight {
   /// Adds a wish. True when the flight was parked and must be handed to its lane again.
   bool wish(const Wishes& wishes);
 
+  // ---- the lane that plans it -----------------------------------------------------------------------------
+  bool awaits_plan() const { return prepared_.awaits_plan(); }
+  void set_planning_progress(double progress) {
+    planning_progress_.store(progress, std::memory_order_relaxed);
+  }
+  /// Makes the plan what is flown. False when there is nothing to fly: it has ended then.
+  bool adopt(const nlohmann::json& plan);
+
   // ---- the lane that flies it -----------------------------------------------------------------------------
-  /// Whether a wish ends it before it has begun.
+  /// Whether a wish ends it before it has begun; ends it then.
   bool is_called_off();
   /// Makes the run, its ring and its store, unless they are there.
   SliceEnd begin();
@@ -148,6 +160,7 @@ class Flight {
   std::atomic<wire::Phase> phase_{slew_v1_ACCEPTED};
   std::atomic<double> t_sim_s_{0};
   std::atomic<double> rate_{0};
+  std::atomic<double> planning_progress_{0};
   std::atomic<std::uint64_t> sampled_{0};
   std::atomic<std::int64_t> started_unix_ns_{0};
   std::atomic<std::int64_t> ended_unix_ns_{0};

@@ -1,26 +1,21 @@
 #include "server/service/intake.hpp"
 
 #include <spdlog/spdlog.h>
-#include <xxhash.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "idl/wire/text.hpp"
 #include "server/experiment/limits.hpp"
+#include "server/service/fingerprint.hpp"
 #include "server/service/thread_name.hpp"
 
 namespace slew::service {
 namespace {
 
 // The same for the same JSON, however it is laid out. The text has been parsed within limits before.
-std::string fingerprint_of(std::string_view text) {
-  const std::string canonical = nlohmann::json::parse(text).dump();
-  const XXH128_hash_t hash = XXH3_128bits(canonical.data(), canonical.size());
-  char hex[33];
-  std::snprintf(hex, sizeof hex, "%016llx%016llx", static_cast<unsigned long long>(hash.high64),
-                static_cast<unsigned long long>(hash.low64));
-  return hex;
+std::string fingerprint_of_request(std::string_view text) {
+  return fingerprint_of(nlohmann::json::parse(text).dump());
 }
 
 // Names of clients end up in logs, tables and JSON: what is not printable ASCII becomes '?'.
@@ -126,7 +121,7 @@ void Intake::on_request(const slew_v1_Request& request) {
   }
   auto outcome = prepare(wire::view(request.json));
   auto* prepared = std::get_if<Prepared>(&outcome);
-  const std::string fingerprint = prepared ? fingerprint_of(wire::view(request.json)) : "";
+  const std::string fingerprint = prepared ? fingerprint_of_request(wire::view(request.json)) : "";
   if (answer_again(request_id, fingerprint)) return;
   if (!prepared) {
     const auto& rejection = std::get<Rejection>(outcome);

@@ -47,6 +47,9 @@ Publisher::~Publisher() {
   thread_.join();
 }
 
+void Publisher::planning(const FlightPointer& flight) {
+  post(News::planning, flight);
+}
 void Publisher::begun(const FlightPointer& flight) {
   post(News::begun, flight);
 }
@@ -126,6 +129,10 @@ void Publisher::take_in(const Item& item) {
       drained_(item.flight);
       break;
     }
+    case News::planning:
+      tell_phases(flight);
+      tell_status(flight);
+      break;
     case News::ended:
       tell_phases(flight);
       break;
@@ -189,9 +196,7 @@ void Publisher::tell_status(Flight& flight) {
   status.phase = flight.phase();
   status.t_sim_s = flight.t_sim_s();
   status.duration_s = entry.duration_s;
-  status.progress = status.phase == slew_v1_COMPLETED ? 1.0
-                    : entry.duration_s > 0            ? std::min(1.0, status.t_sim_s / entry.duration_s)
-                                                      : 0.0;
+  status.progress = flight.progress();
   status.rate = flight.rate();
   status.accepted_unix_ns = entry.accepted_unix_ns;
   status.started_unix_ns = flight.started_unix_ns();

@@ -24,6 +24,8 @@ class Publisher final : public NextStage {
             std::function<void(FlightPointer)> room_made);
   ~Publisher() override;
 
+  /// It is being planned; again whenever that has got on.
+  void planning(const FlightPointer& flight);
   void begun(const FlightPointer& flight) override;
   void over(const FlightPointer& flight) override;
   /// Its end is committed: say so.
@@ -40,7 +42,7 @@ class Publisher final : public NextStage {
   std::uint64_t samples_dropped() const { return telemetry_.dropped(); }
 
  private:
-  enum class News { begun, over, ended, forget };
+  enum class News { planning, begun, over, ended, forget };
   struct Item {
     News news;
     FlightPointer flight;

@@ -93,6 +93,11 @@ Server::Server(const ServerOptions& options)
   as_fast_ = std::make_unique<AsFastLane>(
       options.workers, *publisher_, [this] { return !draining_ && finisher_->backlog() < kLargestBacklog; });
   paced_ = std::make_unique<PacedLane>(options.pacers, *publisher_);
+  planning_ = std::make_unique<PlanningLane>(
+      options.state_directory / "plans",
+      PlanningLane::Outlets{.planned = [this](const FlightPointer& flight) { relaunch(flight); },
+                            .over = [this](const FlightPointer& flight) { publisher_->over(flight); },
+                            .news = [this](const FlightPointer& flight) { publisher_->planning(flight); }});
   queries_ = std::make_unique<Queries>(domain_, registry_, archive_, journal_file);
   timetable_ = std::make_unique<Timetable>();
   recover();
@@ -128,6 +133,7 @@ Server::~Server() {
   timetable_.reset();
   queries_.reset();
   journal_->flush();  // acceptances on their way to a lane
+  planning_.reset();
   publisher_->close();
   paced_.reset();
   as_fast_.reset();
@@ -140,7 +146,10 @@ Server::~Server() {
 void Server::launch(const FlightPointer& flight) {
   if (!flight->is_paced()) flight->enter(slew_v1_QUEUED);
   schedule(flight);
-  relaunch(flight);
+  if (flight->awaits_plan())
+    planning_->submit(flight);
+  else
+    relaunch(flight);
 }
 
 // What the request wants to happen at a wall time.
@@ -169,8 +178,10 @@ void Server::schedule(const FlightPointer& flight) {
 void Server::wish(const FlightPointer& flight, const Wishes& wishes) {
   if (flight->wish(wishes))
     relaunch(flight);
-  else if (wishes.cancel || wishes.expire)
+  else if (wishes.cancel || wishes.expire || wishes.interrupt) {
+    planning_->expedite(flight);
     as_fast_->expedite(flight);
+  }
 }
 
 void Server::relaunch(const FlightPointer& flight) {
@@ -254,6 +265,7 @@ void Server::drain() {
   const auto is_over = [this] { return as_fast_->under_way() == 0 && paced_->flying() == 0; };
   while (!is_over() && Monotonic::now() < deadline)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  planning_->close();
   for (const FlightPointer& flight : registry_.alive())
     if (flight->is_paced()) {
       Wishes wishes;
@@ -261,7 +273,7 @@ void Server::drain() {
       wish(flight, wishes);
     }
   const auto patience = Monotonic::now() + std::chrono::seconds(2);
-  while (paced_->flying() > 0 && Monotonic::now() < patience)
+  while (paced_->flying() + planning_->size() > 0 && Monotonic::now() < patience)
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   publisher_->flush();
   if (!finisher_->wait_until_idle(std::chrono::seconds(5)))
@@ -329,7 +341,7 @@ slew_v1_Server Server::health() const {
   std::size_t held = 0;
   registry_.page(slew_v1_HELD, 0, 0, held);
   status.held = static_cast<std::uint32_t>(held);
-  status.queued = static_cast<std::uint32_t>(as_fast_->waiting());
+  status.queued = static_cast<std::uint32_t>(as_fast_->waiting() + planning_->size());
   status.paced = static_cast<std::uint32_t>(paced_->flying());
   status.running = static_cast<std::uint32_t>(as_fast_->under_way() + paced_->flying());
   status.queue_limit = static_cast<std::uint32_t>(limits().max_queued_experiments);

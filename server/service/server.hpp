@@ -1,6 +1,6 @@
 // The server: its parts, and the one direction in which a request goes through them.
 //
-//   intake -> journal -> lane (as-fast | paced) -> publisher -> finisher -> journal -> reply
+//   intake -> journal -> (planning) -> lane (as-fast | paced) -> publisher -> finisher -> journal -> reply
 #pragma once
 
 #include <atomic>
@@ -18,6 +18,7 @@
 #include "server/service/journal.hpp"
 #include "server/service/metrics_page.hpp"
 #include "server/service/paced_lane.hpp"
+#include "server/service/planning_lane.hpp"
 #include "server/service/publisher.hpp"
 #include "server/service/queries.hpp"
 #include "server/service/registry.hpp"
@@ -78,6 +79,7 @@ class Server {
   std::unique_ptr<Finisher> finisher_;
   std::unique_ptr<AsFastLane> as_fast_;
   std::unique_ptr<PacedLane> paced_;
+  std::unique_ptr<PlanningLane> planning_;
   std::unique_ptr<Timetable> timetable_;
   std::unique_ptr<Queries> queries_;
   std::unique_ptr<Intake> intake_;

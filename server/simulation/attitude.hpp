@@ -22,17 +22,28 @@ namespace slew {
 struct AttitudeManeuver {
   Eigen::Vector3d initial_mrp = Eigen::Vector3d::Zero();
   Eigen::Vector3d initial_rate_rad_s = Eigen::Vector3d::Zero();
+  Vector4<double> final_attitude = Vector4<double>::UnitX();  ///< relative to the frame of reference
+  /// Attitude is also told by Euler angles 1-2-3 relative to the frame of reference.
+  bool tells_euler_angles = false;
   MrpTrajectory reference;  ///< p_d(t); none: the final attitude
 };
 
 /// Any torque, as wheels give it; up to the maximum in each axis where there is one.
 struct IdealTorque {
   std::optional<Eigen::Vector3d> maximum_N_m;
+  /// Columns are the torques of controls that are throttled between -1 and 1 (Vadali, Singh & Carter 1993,
+  /// Eq. 2); then there is no other maximum.
+  std::optional<Eigen::Matrix3d> influence_N_m = {};
+  std::optional<Eigen::Vector3d> gas_flow_m3_s = {};  ///< of each control at its most
 };
 
-/// A pair of thrusters about each body axis, each pair a channel.
+/// Thrusters in pairs or larger couples, each about one axis, either way, and each a channel.
 struct AxisThrusters {
   Eigen::Vector3d torque_N_m = Eigen::Vector3d::Ones();
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< columns, of norm 1
+  std::optional<Eigen::Vector3d> gas_flow_m3_s;        ///< of each while it fires
+  /// Columns: the force of each couple, which does not move the body's attitude. Where it is known.
+  std::optional<Eigen::Matrix3d> net_force_N;
   /// Valves, noise and faults of all six: +x, -x, +y, -y, +z, -z. Its geometry is not looked at.
   Thruster valve;
   std::optional<double> lever_arm_m;

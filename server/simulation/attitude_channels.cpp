@@ -21,6 +21,9 @@ ChannelTable attitude_channels(const AttitudeLoop& loop) {
       table.state.push_back({std::string("quaternion_") + i, "1", "final attitude",
                              "Euler parameters, scalar first, body to final attitude"});
   add_vector(table.state, "rate", "_rad_s", "rad/s", "body", "w, relative to inertial space");
+  if (spec.maneuver.tells_euler_angles)
+    for (const char* angle : {"yaw", "pitch", "roll"})
+      table.state.push_back({std::string(angle) + "_rad", "rad", "frame of reference", "Euler angles 1-2-3"});
   if (has_surface(spec.law))
     add_vector(table.state, "surface", "_rad_s", "rad/s", "body", "s of the law; a sampled law's latest");
   if (spec.observer)

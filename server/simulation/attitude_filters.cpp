@@ -25,7 +25,7 @@ double value(const std::array<double, 5>& quartic, double x) {
 void AttitudeFilters::ask(const AttitudeLoop& loop, const AttitudeHold& hold, double t_s, const double* state,
                           Place& place) {
   const AttitudeDemand demand = loop.demand(hold, t_s, state);
-  loop.allocate(demand.torque_N_m, std::span(place.demands).first(loop.channels().size()));
+  loop.allocate(hold, t_s, demand.torque_N_m, std::span(place.demands).first(loop.channels().size()));
   place.surface_rad_s = demand.law.surface_rad_s;
 }
 

@@ -12,6 +12,15 @@ using Eigen::Vector3d;
 using Vector = Eigen::Map<Vector3d>;
 using ConstVector = Eigen::Map<const Vector3d>;
 
+// What channels or controls are asked for by a torque, where they are not about the body's axes.
+std::optional<Eigen::Matrix3d> inverse_influence(const AttitudeActuator& actuator) {
+  if (const auto* pairs = std::get_if<AxisThrusters>(&actuator))
+    if (!pairs->axes.isIdentity(0)) return pairs->axes.inverse();
+  if (const auto* ideal = std::get_if<IdealTorque>(&actuator))
+    if (ideal->influence_N_m) return ideal->influence_N_m->inverse();
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::vector<Thruster> thrusters_of(const AttitudeActuator& actuator) {
@@ -21,7 +30,7 @@ std::vector<Thruster> thrusters_of(const AttitudeActuator& actuator) {
     for (int axis = 0; axis < 3; ++axis)
       for (const int sign : {1, -1}) {
         Thruster thruster = pairs->valve;
-        thruster.couple_N_m = sign * pairs->torque_N_m[axis] * Vector3d::Unit(axis);
+        thruster.couple_N_m = sign * pairs->torque_N_m[axis] * pairs->axes.col(axis);
         thruster.thrust_N = pairs->torque_N_m[axis] / pairs->lever_arm_m.value_or(1);
         thrusters.push_back(thruster);
       }
@@ -37,6 +46,7 @@ const Propellant* propellant_of(const AttitudeActuator& actuator) {
 AttitudeLoop::AttitudeLoop(const AttitudeSpecification& specification)
     : spec_(specification),
       inverse_inertia_(specification.plant.inertia_kg_m2.inverse()),
+      demand_of_torque_(inverse_influence(spec_.actuator)),
       ideal_(std::get_if<IdealTorque>(&spec_.actuator)),
       attitude_size_(spec_.plant.attitude == AttitudeParameters::mrp ? 3 : 4) {
   if (const auto* pairs = std::get_if<AxisThrusters>(&spec_.actuator)) {
@@ -70,7 +80,7 @@ AttitudeState AttitudeLoop::initial_state() const {
   Vector(state.data() + rate_at()) = maneuver.initial_rate_rad_s;
   if (!observes_) return state;
   const AttitudeSight<double> sight{maneuver.initial_mrp, maneuver.initial_rate_rad_s,
-                                    maneuver.reference.at(0), 0};
+                                    maneuver.reference.at(0), 0, 0};
   const ObserverState<double> q =
       initial_observer_state<double>(*spec_.observer, command(spec_.law, sight).surface_rad_s);
   for (std::size_t i = 0; i < 3; ++i) Vector(state.data() + observer_at() + 3 * i) = q[i];
@@ -95,8 +105,8 @@ Vector3d AttitudeLoop::mrp_of(const double* state) const {
 
 [[gnu::flatten]] AttitudeDemand AttitudeLoop::demand(const AttitudeHold& hold, double t_s,
                                                      const double* state) const {
-  AttitudeSight<double> sight{mrp_of(state), rate_of(state), {}, hold.began_s};
-  if (!spec_.maneuver.reference.is_fixed()) sight.reference = spec_.maneuver.reference.at(t_s);
+  AttitudeSight<double> sight{mrp_of(state), rate_of(state), {}, hold.began_s, t_s};
+  if (!spec_.maneuver.reference.is_fixed()) sight.reference = spec_.maneuver.reference.at(t_s, hold.began_s);
   AttitudeDemand demand;
   demand.law = command(spec_.law, sight);
   demand.torque_N_m = demand.law.torque_N_m;
@@ -108,9 +118,18 @@ Vector3d AttitudeLoop::mrp_of(const double* state) const {
   return demand;
 }
 
-void AttitudeLoop::allocate(const Vector3d& torque_N_m, std::span<double> demands) const {
+void AttitudeLoop::allocate(const AttitudeHold& hold, double t_s, const Vector3d& torque_N_m,
+                            std::span<double> demands) const {
+  // A plan says what each channel does; its torque alone does not where there is more than one way.
+  if (const auto* law = std::get_if<PlannedTorque>(&spec_.law); law && law->planned) {
+    for (std::size_t c = 0; c < demands.size(); ++c)
+      demands[c] =
+          channels_[c].level * law->planned->control(static_cast<Eigen::Index>(c), t_s, hold.began_s);
+    return;
+  }
   if (allocation_) return allocation_->allocate(torque_N_m, demands);
-  for (int axis = 0; axis < 3; ++axis) demands[axis] = torque_N_m[axis];
+  const Vector3d demand = demand_of_torque_ ? *demand_of_torque_ * torque_N_m : torque_N_m;
+  for (int axis = 0; axis < 3; ++axis) demands[axis] = demand[axis];
 }
 
 double AttitudeLoop::filter_limit(std::size_t channel, double demand, int output) const {
@@ -118,8 +137,23 @@ double AttitudeLoop::filter_limit(std::size_t channel, double demand, int output
 }
 
 Vector3d AttitudeLoop::limited(const Vector3d& torque_N_m) const {
+  if (ideal_ && ideal_->influence_N_m)
+    return *ideal_->influence_N_m * controls(torque_N_m).cwiseMax(-1).cwiseMin(1);
   if (!ideal_ || !ideal_->maximum_N_m) return torque_N_m;
   return torque_N_m.cwiseMax(-*ideal_->maximum_N_m).cwiseMin(*ideal_->maximum_N_m);
+}
+
+Vector3d AttitudeLoop::controls(const Vector3d& torque_N_m) const {
+  if (demand_of_torque_) return *demand_of_torque_ * torque_N_m;
+  return ideal_ && ideal_->maximum_N_m ? Vector3d(torque_N_m.cwiseQuotient(*ideal_->maximum_N_m))
+                                       : torque_N_m;
+}
+
+Vector4<double> AttitudeLoop::attitude_of(const double* state) const {
+  const Vector4<double> relative =
+      attitude_size_ == 3 ? euler_parameters<double>(ConstVector(state))
+                          : Vector4<double>(Eigen::Map<const Eigen::Vector4d>(state).normalized());
+  return euler_parameter_product<double>(spec_.maneuver.final_attitude, relative);
 }
 
 Vector3d AttitudeLoop::torque(const AttitudeHold& hold, double t_s, const AttitudeDemand& demand) const {
@@ -139,6 +173,8 @@ Vector3d AttitudeLoop::torque(const AttitudeHold& hold, double t_s, const Attitu
     Eigen::Map<Eigen::Vector4d>(slope.data()) =
         euler_parameter_rate<double>(Eigen::Map<const Eigen::Vector4d>(state.data()), w);
   Vector3d outer = torque_N_m + hold.disturbance_N_m;
+  if (!spec_.plant.is_free())
+    outer += pedestal_moment<double>(spec_.plant.weight, spec_.plant.springs, attitude_of(state.data()));
   for (const BodySinusoid& one : spec_.disturbances.sinusoids)
     outer += std::sin(one.frequency_rad_s * t_s + one.phase_rad) * one.amplitude_N_m;
   Vector(slope.data() + rate_at()) =
@@ -154,7 +190,7 @@ Vector3d AttitudeLoop::torque(const AttitudeHold& hold, double t_s, const Attitu
 
   if (filters_ > 0) {
     std::array<double, kMaxThrusters> demands;
-    allocate(demand.torque_N_m, std::span(demands).first(channels_.size()));
+    allocate(hold, t_s, demand.torque_N_m, std::span(demands).first(channels_.size()));
     const double time_constant = pwpf()->time_constant_s;
     for (std::size_t c = 0; c < filters_; ++c)
       slope[filters_at() + c] =

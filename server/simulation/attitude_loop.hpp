@@ -76,8 +76,13 @@ class AttitudeLoop {
   }
   /// Of a law evaluated continuously.
   AttitudeDemand demand(const AttitudeHold& hold, double t_s, const double* state) const;
+  /// q of the body relative to the frame of reference.
+  Vector4<double> attitude_of(const double* state) const;
+  /// Of any torque, what each control gives of it, as a part of its most; N m where there is no most.
+  Eigen::Vector3d controls(const Eigen::Vector3d& torque_N_m) const;
   /// By channel, N m or N.
-  void allocate(const Eigen::Vector3d& torque_N_m, std::span<double> demands) const;
+  void allocate(const AttitudeHold& hold, double t_s, const Eigen::Vector3d& torque_N_m,
+                std::span<double> demands) const;
   /// What the filter of a channel settles at under a demand held for ever.
   double filter_limit(std::size_t channel, double demand, int output) const;
   Eigen::Vector3d limited(const Eigen::Vector3d& torque_N_m) const;
@@ -100,6 +105,7 @@ class AttitudeLoop {
 
   const AttitudeSpecification spec_;
   const Eigen::Matrix3d inverse_inertia_;
+  const std::optional<Eigen::Matrix3d> demand_of_torque_;
   const IdealTorque* ideal_ = nullptr;
   const Modulator* modulator_ = nullptr;
   std::optional<ThrusterAllocation> allocation_;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "server/propagation/quartic.hpp"
+#include "server/simulation/attitude_loop.hpp"
 
 namespace slew {
 namespace {
@@ -93,8 +94,7 @@ Metrics AttitudeMetrics::finish(double t_s, const Eigen::Vector3d& mrp,
   return metrics;
 }
 
-void add_thrusters(const ThrusterBank& bank, std::optional<double> gas_density_kg_m3, double t_s,
-                   Metrics& metrics) {
+void add_thrusters(const ThrusterBank& bank, const AttitudeActuator& actuator, double t_s, Metrics& metrics) {
   ThrusterTally<double>& on = metrics.thruster_on_time_s;
   ThrusterTally<std::uint64_t>& firings = metrics.firings;
   for (std::size_t j = 0; j < bank.size(); ++j) {
@@ -103,13 +103,20 @@ void add_thrusters(const ThrusterBank& bank, std::optional<double> gas_density_k
     on.total += on.per_thruster.back();
     firings.total += firings.per_thruster.back();
     if (!bank.thruster(j).couple_N_m) continue;
-    const bool is_positive = bank.thruster(j).couple_N_m->sum() > 0;
+    const bool is_positive = j % 2 == 0;
     (is_positive ? on.by_sign.positive : on.by_sign.negative) += on.per_thruster.back();
     (is_positive ? firings.by_sign.positive : firings.by_sign.negative) += firings.per_thruster.back();
   }
   metrics.propellant_kg = bank.propellant_kg(t_s);
-  if (metrics.propellant_kg && gas_density_kg_m3)
-    metrics.gas_volume_m3 = *metrics.propellant_kg / *gas_density_kg_m3;
+  if (const auto& density_kg_m3 = propellant_of(actuator)->gas_density_kg_m3;
+      metrics.propellant_kg && density_kg_m3)
+    metrics.gas_volume_m3 = *metrics.propellant_kg / *density_kg_m3;
+  if (const auto* pairs = std::get_if<AxisThrusters>(&actuator); pairs && pairs->gas_flow_m3_s) {
+    metrics.gas_volume_m3 = 0;
+    for (std::size_t j = 0; j < bank.size(); ++j)
+      *metrics.gas_volume_m3 +=
+          (*pairs->gas_flow_m3_s)[static_cast<Eigen::Index>(j / 2)] * on.per_thruster[j];
+  }
 }
 
 }  // namespace slew

@@ -118,6 +118,8 @@ class AttitudeRun final : public SteppedRun {
   const bool looks_at_law_;                ///< triggers do, at every instant
   const bool valves_differ_from_outputs_;  ///< by delays or faults
   const double fastest_disturbance_rad_s_;
+  const std::optional<Vector3d> gas_flow_m3_s_;  ///< of any torque's controls
+  const double swing_rad_s_;                     ///< of a body that is not free
 
   AttitudeState state_{};
   AttitudeHold hold_;
@@ -191,6 +193,11 @@ AttitudeRun::AttitudeRun(const AttitudeSpecification& specification)
       looks_at_law_(loop_->acts_within_steps() && loop_->modulator() && !loop_->pwpf()),
       valves_differ_from_outputs_(valves_are_late_or_broken(specification)),
       fastest_disturbance_rad_s_(fastest_rad_s(specification.disturbances)),
+      gas_flow_m3_s_([&]() -> std::optional<Vector3d> {
+        const auto* ideal = std::get_if<IdealTorque>(&specification.actuator);
+        return ideal ? ideal->gas_flow_m3_s : std::nullopt;
+      }()),
+      swing_rad_s_(specification.plant.is_free() ? 0 : specification.plant.fastest_swing_rad_s()),
       state_(loop_->initial_state()),
       integrator_(loop_->integrated()),
       segment_(loop_->size()),
@@ -275,7 +282,7 @@ void AttitudeRun::take_sample(SampleSink& sink) {
   const double period_s = *spec().sample_period_s;
   if (const auto& most = spec().plant.shadow_switch_norm)
     if (loop_->mrp_of(state_.data()).squaredNorm() > *most * *most) switch_to_shadow(sink);
-  AttitudeSight<double> sight{loop_->mrp_of(state_.data()), loop_->rate_of(state_.data()), {}, t_s_};
+  AttitudeSight<double> sight{loop_->mrp_of(state_.data()), loop_->rate_of(state_.data()), {}, t_s_, t_s_};
   if (sensor_) {
     const AttitudeReading reading = sensor_->read(sight.mrp, sight.rate_rad_s);
     sight.mrp = reading.mrp;
@@ -302,7 +309,7 @@ void AttitudeRun::take_sample(SampleSink& sink) {
   }
   if (bank_) {
     std::array<double, kMaxThrusters> demands;
-    loop_->allocate(held_.torque_N_m, std::span(demands).first(channel_count()));
+    loop_->allocate(hold_, t_s_, held_.torque_N_m, std::span(demands).first(channel_count()));
     for (std::size_t c = 0; c < channel_count(); ++c) set_demand(c, demands[c], sink);
   } else {
     hold_.torque_N_m = loop_->limited(held_.torque_N_m);
@@ -348,7 +355,7 @@ int AttitudeRun::wanted(std::size_t c, double look) const {
 void AttitudeRun::look(double t_s, const double* state, Looks& looks) const {
   const std::size_t n = channel_count();
   if (looks_at_law_) {
-    loop_->allocate(loop_->demand(hold_, t_s, state).torque_N_m, std::span(looks).first(n));
+    loop_->allocate(hold_, t_s, loop_->demand(hold_, t_s, state).torque_N_m, std::span(looks).first(n));
     for (std::size_t c = 0; c < n; ++c) looks[c] /= loop_->channels()[c].level;
   } else if (loop_->filters() > 0 && !loop_->filters_are_apart()) {
     std::copy_n(state + loop_->filters_at(), n, looks.begin());
@@ -661,7 +668,7 @@ void AttitudeRun::fly_segment(double limit_s) {
   const Vector3d acceleration = loop_->rate_of(segment_.first_slope().data());
   const Vector3d rate = loop_->rate_of(state_.data());
   double h = end_s_ - t_s_;
-  double turns = std::sqrt(rate.squaredNorm() + acceleration.norm());
+  double turns = std::max(swing_rad_s_, std::sqrt(rate.squaredNorm() + acceleration.norm()));
   if (!hold_.torque_slope_N_m_s.isZero(0))
     turns = std::max(turns, std::cbrt((loop_->inverse_inertia() * hold_.torque_slope_N_m_s).norm()));
   const double parts = h * std::max(turns / kTurnPerStep_rad, fastest_disturbance_rad_s_ / kPhasePerStep_rad);
@@ -699,7 +706,7 @@ void AttitudeRun::measure_continuous(double h) {
   constexpr std::array<double, 5> kWeights{7.0 / 90, 32.0 / 90, 12.0 / 90, 32.0 / 90, 7.0 / 90};
   std::array<Vector3d, 5> mrp;
   const bool is_any_torque = !bank_.has_value();
-  double impulse = 0, effort = 0;
+  double impulse = 0, effort = 0, gas = 0;
   AttitudeState between;
   for (std::size_t i = 0; i < 5; ++i) {
     const double* x = i == 0 ? integrator_.start().data() : integrator_.end().data();
@@ -714,10 +721,11 @@ void AttitudeRun::measure_continuous(double h) {
     const Vector3d torque = loop_->torque(hold_, at_s, loop_->demand(hold_, at_s, x));
     impulse += kWeights[i] * torque.lpNorm<1>();
     effort += kWeights[i] * torque.squaredNorm();
+    if (gas_flow_m3_s_) gas += kWeights[i] * gas_flow_m3_s_->dot(loop_->controls(torque).cwiseAbs());
   }
   metrics_.step(t_s_, h, mrp);
   if (is_any_torque)
-    metrics_.effort(h * impulse, h * effort);
+    metrics_.effort(h * impulse, h * effort, h * gas);
   else
     measure_held_torque(h);
 }
@@ -730,7 +738,9 @@ void AttitudeRun::measure_held_torque(double h) {
   double impulse = 0;
   for (int axis = 0; axis < 3; ++axis)
     impulse += absolute_integral(middle[axis] - half_change[axis], middle[axis] + half_change[axis], h);
-  metrics_.effort(impulse, h * (middle.squaredNorm() + half_change.squaredNorm() / 3));
+  // Where controls use gas and no valve rises, torque is held.
+  const double gas = gas_flow_m3_s_ ? h * gas_flow_m3_s_->dot(loop_->controls(middle).cwiseAbs()) : 0;
+  metrics_.effort(impulse, h * (middle.squaredNorm() + half_change.squaredNorm() / 3), gas);
   if (observer_ && spec().observer->feeding != ObserverFeeding::commanded) impulse_N_m_s_ += h * middle;
 }
 
@@ -822,6 +832,7 @@ void AttitudeRun::fill_row_of(double t_s, const AttitudeState& x, std::span<doub
   if (loop_->attitude_size() == 4)
     for (std::size_t i = 0; i < 4; ++i) state[at++] = x[i];
   put(loop_->rate_of(x.data()));
+  if (spec().maneuver.tells_euler_angles) put(euler_angles_123<double>(loop_->attitude_of(x.data())));
   if (has_surface(spec().law)) put(demand.law.surface_rad_s);
   if (spec().observer) put(demand.estimate_N_m);
   if (const PwpfModulator* pwpf = loop_->pwpf())
@@ -847,7 +858,10 @@ RunReport AttitudeRun::report() const {
   report.metrics = metrics_.finish(t_s_, loop_->mrp_of(state_.data()), loop_->rate_of(state_.data()));
   report.metrics.final_state.resize(channels().state.size());
   fill_row_of(t_s_, state_, report.metrics.final_state, thrusters);
-  if (bank_) add_thrusters(*bank_, propellant_of(spec().actuator)->gas_density_kg_m3, t_s_, report.metrics);
+  const Vector3d w = loop_->rate_of(state_.data());
+  report.metrics.kinetic_energy_J = 0.5 * w.dot(spec().plant.inertia_kg_m2 * w);
+  if (gas_flow_m3_s_) report.metrics.gas_volume_m3 = metrics_.gas_volume_m3();
+  if (bank_) add_thrusters(*bank_, spec().actuator, t_s_, report.metrics);
   report.digest = digester_.digest();
   return report;
 }

@@ -23,6 +23,7 @@
 namespace slew {
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Vector = Eigen::Map<Vector3d>;
 using ConstVector = Eigen::Map<const Vector3d>;
@@ -103,12 +104,13 @@ class SundialsAttitudeRun final : public Run {
   bool observes_within_steps() const { return spec_.observer && !is_sampled(); }
   double* state() { return NV_DATA_S(solver_.state); }
   const double* state() const { return NV_DATA_S(solver_.state); }
-  // Where things are in the state: attitude, w, filters, Q, and of any torque the integrals of |T| and T^2.
+  // Where things are in the state: attitude, w, filters, Q, and of any torque the integrals of |T|, of T^2
+  // and of the gas used.
   std::size_t rate_at() const { return has_quaternion() ? 4 : 3; }
   std::size_t filters_at() const { return rate_at() + 3; }
   std::size_t observer_at() const { return filters_at() + (pwpf_ ? lines_.size() : 0); }
   std::size_t integrals_at() const { return observer_at() + (observes_within_steps() ? 9 : 0); }
-  std::size_t size() const { return integrals_at() + (ideal_ && !is_sampled() ? 2 : 0); }
+  std::size_t size() const { return integrals_at() + (ideal_ && !is_sampled() ? 3 : 0); }
   // And among the root functions: two for each channel, then these.
   std::size_t shadow_root() const { return 2 * lines_.size(); }
   std::size_t tank_root() const { return shadow_root() + 1; }
@@ -120,8 +122,10 @@ class SundialsAttitudeRun final : public Run {
   Vector3d rate_of(const double* x) const { return ConstVector(x + rate_at()); }
   ObserverState<double> q_of(const double* x) const;
   Wish wish(double t_s, const double* x) const;
-  void allocate(const Vector3d& torque_N_m, std::span<double> demands) const;
+  void allocate(double t_s, const Vector3d& torque_N_m, std::span<double> demands) const;
   Vector3d limited(const Vector3d& torque_N_m) const;
+  double gas_m3_s(const Vector3d& torque_N_m) const;
+  Eigen::Vector4d attitude_of(const double* x) const;
   Vector3d torque(double t_s, const Wish& wish) const;
   Vector3d disturbance(double t_s) const;
   double filter_limit(const Line& line, double demand) const;
@@ -192,7 +196,7 @@ class SundialsAttitudeRun final : public Run {
   double tolerance_ = 0;  ///< of settling
   bool is_outside_ = false;
   double last_outside_s_ = 0;
-  double impulse_sum_N_m_s_ = 0, effort_N2_m2_s_ = 0;
+  double impulse_sum_N_m_s_ = 0, effort_N2_m2_s_ = 0, gas_m3_ = 0;
   double peak_rate_rad_s_ = 0;
   bool is_over_ = false;
   RunReport report_;
@@ -214,8 +218,7 @@ SundialsAttitudeRun::SundialsAttitudeRun(const AttitudeSpecification& specificat
     for (int axis = 0; axis < 3; ++axis) {
       lines_.push_back({pairs->torque_N_m[axis], true});
       for (const double sign : {1, -1}) {
-        Vector3d couple_N_m = Vector3d::Zero();
-        couple_N_m[axis] = sign * pairs->torque_N_m[axis];
+        const Vector3d couple_N_m = sign * pairs->torque_N_m[axis] * pairs->axes.col(axis);
         valves_.push_back({pairs->valve, couple_N_m});
         valves_.back().thruster.couple_N_m = couple_N_m;
         valves_.back().thruster.thrust_N = pairs->torque_N_m[axis] / pairs->lever_arm_m.value_or(1);
@@ -283,7 +286,7 @@ void SundialsAttitudeRun::make_solver() {
   const double relative = spec_.verification_tolerance;
   std::vector<double> absolute(size(), 1e-3 * relative);
   if (observes_within_steps()) {
-    const AttitudeSight<double> sight{p, spec_.maneuver.initial_rate_rad_s, spec_.maneuver.reference.at(0),
+    const AttitudeSight<double> sight{p, spec_.maneuver.initial_rate_rad_s, spec_.maneuver.reference.at(0), 0,
                                       0};
     const ObserverState<double> q =
         initial_observer_state<double>(*spec_.observer, command(spec_.law, sight).surface_rad_s);
@@ -329,7 +332,8 @@ ObserverState<double> SundialsAttitudeRun::q_of(const double* x) const {
 
 // Of a law evaluated continuously.
 Wish SundialsAttitudeRun::wish(double t_s, const double* x) const {
-  const AttitudeSight<double> sight{mrp_of(x), rate_of(x), spec_.maneuver.reference.at(t_s), began_s_};
+  const AttitudeSight<double> sight{mrp_of(x), rate_of(x), spec_.maneuver.reference.at(t_s, began_s_),
+                                    began_s_, t_s};
   Wish wish{command(spec_.law, sight), Vector3d::Zero(), Vector3d::Zero()};
   if (spec_.observer)
     wish.estimate_N_m = estimated_disturbance<double>(*spec_.observer, q_of(x), wish.law.surface_rad_s)[0];
@@ -337,21 +341,44 @@ Wish SundialsAttitudeRun::wish(double t_s, const double* x) const {
   return wish;
 }
 
-void SundialsAttitudeRun::allocate(const Vector3d& torque_N_m, std::span<double> demands) const {
-  if (allocation_)
-    allocation_->allocate(torque_N_m, demands);
-  else
-    std::copy_n(torque_N_m.data(), 3, demands.begin());
+void SundialsAttitudeRun::allocate(double t_s, const Vector3d& torque_N_m, std::span<double> demands) const {
+  if (const auto* law = std::get_if<PlannedTorque>(&spec_.law); law && law->planned) {
+    for (std::size_t c = 0; c < lines_.size(); ++c)
+      demands[c] = lines_[c].level * law->planned->control(static_cast<Eigen::Index>(c), t_s, began_s_);
+    return;
+  }
+  if (allocation_) return allocation_->allocate(torque_N_m, demands);
+  const Vector3d demand = std::get<AxisThrusters>(spec_.actuator).axes.partialPivLu().solve(torque_N_m);
+  std::copy_n(demand.data(), 3, demands.begin());
 }
 
 Vector3d SundialsAttitudeRun::limited(const Vector3d& torque_N_m) const {
   Vector3d torque = torque_N_m;
+  if (ideal_->influence_N_m) {
+    Vector3d u = ideal_->influence_N_m->partialPivLu().solve(torque_N_m);
+    for (double& one : u) one = std::clamp(one, -1.0, 1.0);
+    return *ideal_->influence_N_m * u;
+  }
   if (ideal_->maximum_N_m)
     for (int axis = 0; axis < 3; ++axis) {
       const double most = (*ideal_->maximum_N_m)[axis];
       torque[axis] = std::clamp(torque[axis], -most, most);
     }
   return torque;
+}
+
+double SundialsAttitudeRun::gas_m3_s(const Vector3d& torque_N_m) const {
+  if (!ideal_ || !ideal_->gas_flow_m3_s) return 0;
+  const Matrix3d influence =
+      ideal_->influence_N_m.value_or(ideal_->maximum_N_m.value_or(Vector3d::Ones()).asDiagonal());
+  const Vector3d u = influence.partialPivLu().solve(torque_N_m);
+  return ideal_->gas_flow_m3_s->dot(u.cwiseAbs());
+}
+
+// The body relative to the frame of reference.
+Eigen::Vector4d SundialsAttitudeRun::attitude_of(const double* x) const {
+  const Eigen::Vector4d q = euler_parameters<double>(mrp_of(x));
+  return euler_parameter_product<double>(spec_.maneuver.final_attitude, q);
 }
 
 Vector3d SundialsAttitudeRun::torque(double t_s, const Wish& wish) const {
@@ -388,11 +415,14 @@ int SundialsAttitudeRun::right_hand_side(sunrealtype t, N_Vector state, N_Vector
   Wish wish;
   if (!is_sampled && (run.ideal_ || run.pwpf_ || spec.observer)) wish = run.wish(t, x);
   const Vector3d torque = run.torque(t, wish);
-  Vector(dx + run.rate_at()) = angular_acceleration<double>(spec.plant.inertia_kg_m2, run.inverse_inertia_, w,
-                                                            torque + run.disturbance(t));
+  Vector3d outer = torque + run.disturbance(t);
+  if (!spec.plant.is_free())
+    outer += pedestal_moment<double>(spec.plant.weight, spec.plant.springs, run.attitude_of(x));
+  Vector(dx + run.rate_at()) =
+      angular_acceleration<double>(spec.plant.inertia_kg_m2, run.inverse_inertia_, w, outer);
   if (run.pwpf_) {
     std::array<double, kMaxThrusters> demands;
-    if (!is_sampled) run.allocate(wish.torque_N_m, std::span(demands).first(run.lines_.size()));
+    if (!is_sampled) run.allocate(t, wish.torque_N_m, std::span(demands).first(run.lines_.size()));
     for (std::size_t c = 0; c < run.lines_.size(); ++c) {
       const Line& line = run.lines_[c];
       const std::size_t at = run.filters_at() + c;
@@ -411,6 +441,7 @@ int SundialsAttitudeRun::right_hand_side(sunrealtype t, N_Vector state, N_Vector
   if (run.ideal_) {
     dx[run.integrals_at()] = torque.cwiseAbs().sum();
     dx[run.integrals_at() + 1] = torque.squaredNorm();
+    dx[run.integrals_at() + 2] = run.gas_m3_s(torque);
   }
   return 0;
 }
@@ -421,7 +452,7 @@ void SundialsAttitudeRun::looks(double t_s, const double* x, std::span<double> v
     std::copy_n(x + filters_at(), lines_.size(), values.begin());
     return;
   }
-  if (!is_sampled()) allocate(wish(t_s, x).torque_N_m, values);
+  if (!is_sampled()) allocate(t_s, wish(t_s, x).torque_N_m, values);
   for (std::size_t c = 0; c < lines_.size(); ++c)
     values[c] = (is_sampled() ? lines_[c].demand : values[c]) / lines_[c].level;
 }
@@ -548,7 +579,7 @@ void SundialsAttitudeRun::change_what_is_due() {
 void SundialsAttitudeRun::take_shadow() {
   const auto surface = [&] {
     return command(spec_.law, AttitudeSight<double>{mrp_of(state()), rate_of(state()),
-                                                    spec_.maneuver.reference.at(t_s_), began_s_})
+                                                    spec_.maneuver.reference.at(t_s_), began_s_, t_s_})
         .surface_rad_s;
   };
   const Vector3d before_rad_s = surface();
@@ -573,7 +604,8 @@ void SundialsAttitudeRun::take_shadow() {
 void SundialsAttitudeRun::take_sample() {
   if (const auto& most = spec_.plant.shadow_switch_norm; most && mrp_of(state()).norm() > *most)
     take_shadow();
-  AttitudeSight<double> sight{mrp_of(state()), rate_of(state()), spec_.maneuver.reference.at(t_s_), t_s_};
+  AttitudeSight<double> sight{mrp_of(state()), rate_of(state()), spec_.maneuver.reference.at(t_s_), t_s_,
+                              t_s_};
   if (sensor_) {
     const AttitudeReading reading = sensor_->read(sight.mrp, sight.rate_rad_s);
     sight.mrp = reading.mrp;
@@ -606,7 +638,7 @@ void SundialsAttitudeRun::take_sample() {
 
 void SundialsAttitudeRun::tell_modulators(const Vector3d& torque_N_m) {
   std::array<double, kMaxThrusters> demands;
-  allocate(torque_N_m, std::span(demands).first(lines_.size()));
+  allocate(t_s_, torque_N_m, std::span(demands).first(lines_.size()));
   for (std::size_t c = 0; c < lines_.size(); ++c) {
     Line& line = lines_[c];
     line.demand = demands[c];
@@ -820,6 +852,7 @@ void SundialsAttitudeRun::end_segment() {
       impulse_sum_N_m_s_ += absolute_integral(a, b, h);
       effort_N2_m2_s_ += h * (a * a + h * b * (a + h * b / 3));
     }
+    gas_m3_ += h * gas_m3_s(torque_N_m_);
     impulse_N_m_s_ += h * (torque_N_m_ + 0.5 * h * slope_N_m_s_);
   }
   is_under_way_ = false;
@@ -846,6 +879,7 @@ RunReport SundialsAttitudeRun::report() const {
   metrics.end_time_s = t_s_;
   metrics.final_error_rad = rotation_angle_rad(p);
   metrics.residual_rate_rad_s = w.norm();
+  metrics.kinetic_energy_J = 0.5 * (w.transpose() * spec_.plant.inertia_kg_m2 * w).value();
   metrics.peak_rate_rad_s = peak_rate_rad_s_;
   if (!is_outside_) metrics.settling_time_s = last_outside_s_;
   metrics.angular_impulse_N_m_s = impulse_sum_N_m_s_;
@@ -854,7 +888,10 @@ RunReport SundialsAttitudeRun::report() const {
     metrics.angular_impulse_N_m_s = state()[integrals_at()];
     metrics.control_effort_N2_m2_s = state()[integrals_at() + 1];
   }
-  for (const Valve& valve : valves_) {
+  if (ideal_ && ideal_->gas_flow_m3_s)
+    metrics.gas_volume_m3 = is_sampled() ? gas_m3_ : state()[integrals_at() + 2];
+  for (std::size_t j = 0; j < valves_.size(); ++j) {
+    const Valve& valve = valves_[j];
     auto& on = metrics.thruster_on_time_s;
     auto& firings = metrics.firings;
     on.per_thruster.push_back(valve.on_time_s);
@@ -862,7 +899,7 @@ RunReport SundialsAttitudeRun::report() const {
     on.total += valve.on_time_s;
     firings.total += valve.firings;
     if (!valve.thruster.couple_N_m) continue;
-    const bool is_positive = valve.thruster.couple_N_m->sum() > 0;
+    const bool is_positive = j % 2 == 0;
     (is_positive ? on.by_sign.positive : on.by_sign.negative) += valve.on_time_s;
     (is_positive ? firings.by_sign.positive : firings.by_sign.negative) += valve.firings;
   }
@@ -873,10 +910,21 @@ RunReport SundialsAttitudeRun::report() const {
         metrics.gas_volume_m3 = *metrics.propellant_kg / *propellant->gas_density_kg_m3;
     }
 
+  if (const auto* pairs = std::get_if<AxisThrusters>(&spec_.actuator); pairs && pairs->gas_flow_m3_s) {
+    double used_m3 = 0;
+    for (std::size_t j = 0; j < valves_.size(); ++j)
+      used_m3 += valves_[j].on_time_s * (*pairs->gas_flow_m3_s)[static_cast<Eigen::Index>(j) / 2];
+    metrics.gas_volume_m3 = used_m3;
+  }
+
   std::vector<double>& row = metrics.final_state;
   row.assign(p.begin(), p.end());
   if (has_quaternion()) row.insert(row.end(), state(), state() + 4);
   row.insert(row.end(), w.begin(), w.end());
+  if (spec_.maneuver.tells_euler_angles) {
+    const Vector3d angles = euler_angles_123<double>(attitude_of(state()));
+    row.insert(row.end(), angles.begin(), angles.end());
+  }
   const Wish now = is_sampled() ? held_ : wish(t_s_, state());
   if (has_surface(spec_.law))
     row.insert(row.end(), now.law.surface_rad_s.begin(), now.law.surface_rad_s.end());

@@ -96,7 +96,8 @@ struct Metrics {
   double control_effort_N2_m2_s = 0;     ///< integral of torque squared
   std::optional<double> control_effort_N2_s;  ///< integral of force squared, where the lever arm is known
   std::optional<double> propellant_kg;        ///< where lever arm and specific impulse are known
-  std::optional<double> gas_volume_m3;        ///< where also the gas density is known
+  std::optional<double> gas_volume_m3;        ///< where also the gas density, or the flow, is known
+  std::optional<double> kinetic_energy_J;     ///< of rotation, at the end; in three axes
   std::optional<LimitCycle> limit_cycle;      ///< when the last two periods agree within 1 %
   std::optional<double>
       switching_period_s;        ///< between the last two firings of the same sign, begin to begin

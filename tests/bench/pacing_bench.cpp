@@ -1,7 +1,8 @@
 // How late paced experiments are beside a saturating as-fast load, in a table with cyclictest at the same
 // interval, policy and time; and what the load loses to them beside the processor time they use.
 //
-// usage: pacing_bench SLEWD [EXPERIMENTS=200] [HZ=100] [SECONDS=60]
+// usage: pacing_bench SLEWD [EXPERIMENTS=200] [HZ=100] [SECONDS=60] [planning]
+// With "planning" the server searches for a maneuver all the while, too.
 #include <dirent.h>
 #include <signal.h>
 #include <unistd.h>
@@ -120,7 +121,7 @@ void sleep_s(double seconds) {
 
 int main(int argc, char** argv) {
   if (argc < 2) {
-    std::fprintf(stderr, "usage: %s SLEWD [EXPERIMENTS] [HZ] [SECONDS]\n", argv[0]);
+    std::fprintf(stderr, "usage: %s SLEWD [EXPERIMENTS] [HZ] [SECONDS] [planning]\n", argv[0]);
     return 2;
   }
   const int experiments = argc > 2 ? std::atoi(argv[2]) : 200;
@@ -143,6 +144,12 @@ int main(int argc, char** argv) {
                   {"stop", {{"when", "duration"}}},
                   {"telemetry", {{"sample_period_s", 10}}},
                   {"simulation", {{"duration_s", 100000}, {"ballast_operations_per_step", 4000}}}}));
+  if (argc > 5 && std::string(argv[5]) == "planning") {
+    json search = {{"preset", "vadali-singh-carter-1993/ground-on-off-8-lbf-160-ft3"}};
+    for (const char* bound : {"least_starts", "most_starts", "enough_hits", "most_evaluations"})
+      search["guidance"]["search"][bound] = 10000000;
+    must_accept(session, search);
+  }
   sleep_s(1);
   const Reading before = read(session, load, server.pid());
   sleep_s(kCalm_s);

@@ -46,7 +46,7 @@ json scaled(const json& inertia, double factor) {
 }
 
 // A preset with its parameters moved a little: always valid, hardly ever the same. A greater inertia leaves
-// every coupled mode permitted, and every tensor a body's; a structure's follows from its parts.
+// every coupled mode permitted, and every tensor a body's.
 std::string random_request(const Options& options, std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   const std::string& preset = options.presets[random() % options.presets.size()];
@@ -55,11 +55,13 @@ std::string random_request(const Options& options, std::mt19937_64& random) {
   if (base.at("maneuver").at("type") == "three_axis")
     maneuver = {{"initial_rate_deg_s", {unit(random) - 0.5, unit(random) - 0.5, unit(random) - 0.5}}};
   json request = {{"preset", preset},
-                  {"maneuver", maneuver},
                   {"simulation", {{"seed", random() % 1000}}},
                   {"telemetry", {{"publish_max_hz", random() % 3 * 50}}}};
-  if (const json& plant = base.at("plant"); plant.contains("inertia_kg_m2"))
-    request["plant"]["inertia_kg_m2"] = scaled(plant.at("inertia_kg_m2"), 1 + 0.4 * unit(random));
+  // A maneuver that is planned is planned once, and may not exist for other bodies.
+  if (!base.contains("guidance")) {
+    request["plant"]["inertia_kg_m2"] = scaled(base.at("plant").at("inertia_kg_m2"), 1 + 0.4 * unit(random));
+    request["maneuver"] = maneuver;
+  }
   if (unit(random) < options.real_time_share) {
     constexpr double kFastest = 1000;
     const double rate = base.at("simulation").at("duration_s").get<double>() / (0.5 + 4.5 * unit(random));

@@ -10,7 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "server/experiment/experiment.hpp"
+#include "server/experiment/planning.hpp"
 #include "server/experiment/preset.hpp"
 
 namespace slew {
@@ -50,11 +50,16 @@ json request_of(const json& command) {
 
 // What slewctl would print for the command with --json.
 json document_of(const json& command) {
-  const auto outcome = prepare(request_of(command).dump());
+  auto outcome = prepare(request_of(command).dump());
   if (const auto* rejection = std::get_if<Rejection>(&outcome)) return {{"refused", rejection->sentence}};
-  const auto& prepared = std::get<Prepared>(outcome);
+  auto& prepared = std::get<Prepared>(outcome);
   if (command[0] == "describe") return describe(prepared);
   if (command[0] == "model") return model(prepared);
+  if (prepared.planning) {
+    const json plan = plan_maneuver(*prepared.planning);
+    if (command[0] == "plan") return plan;
+    if (const auto failure = adopt_plan(prepared, plan)) return {{"refused", failure->sentence}};
+  }
   const auto run = make_run(prepared);
   Ignore ignore;
   while (run->advance(std::numeric_limits<double>::infinity(), 1 << 20, ignore) == RunStatus::running) {
@@ -78,7 +83,8 @@ TEST(Acceptance, EveryRowHolds) {
 TEST(Acceptance, EveryRowIsComplete) {
   for (const json& row : table()) {
     SCOPED_TRACE(row.dump());
-    EXPECT_TRUE((std::set<std::string>{"run", "describe", "model"}.contains(row.at("command").at(0))));
+    EXPECT_TRUE(
+        (std::set<std::string>{"run", "describe", "model", "plan"}.contains(row.at("command").at(0))));
     EXPECT_EQ(row.at("command").size() % 2, 1u);
     EXPECT_FALSE(row.at("case").get<std::string>().empty());
     EXPECT_FALSE(row.at("source").get<std::string>().empty());

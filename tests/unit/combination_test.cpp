@@ -54,7 +54,8 @@ const std::map<std::string, json> kLaws{
      {{"initial_torque_N_m", {0.5, -0.5, 0.5}},
       {"switch_times_x_s", {0.7}},
       {"switch_times_z_s", {0.3, 1.1}},
-      {"end_s", 1.6}}}};
+      {"end_s", 1.6}}},
+    {"planned_torque", json::object()}};
 
 const std::set<std::string> kOnOffLaws{"switching_function", "linear_switching_function", "schmitt_trigger"};
 const std::set<std::string> kLinearLaws{"attitude_rate_feedback", "lead_compensation"};
@@ -77,6 +78,8 @@ json twelve_thrusters() {
   return thrusters;
 }
 
+const json kSkew = {{0.5, 0.5, 0}, {-0.3, 0.3, 0}, {-0.3, -0.3, 0.6}};
+
 std::map<std::string, json> actuators() {
   const std::map<std::string, json> modulators{
       {"PWPF", {{"type", "pwpf"}, {"gain", 6}, {"time_constant_s", 0.3}, {"on", 0.45}, {"off", 0.2}}},
@@ -87,8 +90,12 @@ std::map<std::string, json> actuators() {
       {"on_off_pair, no minimum", {{"type", "on_off_pair"}, {"torque_N_m", 1}}},
       {"proportional", {{"type", "proportional"}}},
       {"ideal torque", {{"type", "ideal_torque"}}},
-      {"ideal torque, limited", {{"type", "ideal_torque"}, {"maximum_torque_N_m", {0.4, 0.5, 0.6}}}}};
+      {"ideal torque, limited", {{"type", "ideal_torque"}, {"maximum_torque_N_m", {0.4, 0.5, 0.6}}}},
+      {"ideal torque, skew",
+       {{"type", "ideal_torque"}, {"influence_N_m", kSkew}, {"gas_flow_m3_s", {1, 2, 3}}}}};
   for (const auto& [name, modulator] : modulators) {
+    all["thruster couples, " + name] = {
+        {"type", "thruster_couples"}, {"influence_N_m", kSkew}, {"modulator", modulator}};
     all["axis thrusters, " + name] = {
         {"type", "axis_thrusters"}, {"torque_N_m", {1, 1, 1}}, {"modulator", modulator}};
     for (const char* allocation : {"non_negative_least_squares", "linear_programme"})
@@ -119,9 +126,11 @@ bool fits_one_axis(const std::string& law, const std::string& actuator, const st
 
 bool fits_three_axes(const std::string& law, const std::string& actuator, const std::string& evaluation) {
   if (!actuator.starts_with("ideal torque") && !actuator.starts_with("axis thrusters") &&
-      !actuator.starts_with("thruster set"))
+      !actuator.starts_with("thruster couples") && !actuator.starts_with("thruster set"))
     return false;
   const bool is_pulse_width = actuator.ends_with("pulse width");
+  // Nothing can be planned where torque has no limit.
+  if (law == "planned_torque") return evaluation.empty() && !is_pulse_width && actuator != "ideal torque";
   if (law == "torque_program") return evaluation.empty() && !is_pulse_width;
   if (!kAttitudeLaws.contains(law)) return false;
   return evaluation == "sampled" || (evaluation == "continuous" && !is_pulse_width);
@@ -143,12 +152,22 @@ json request_of(const std::string& plant, const std::string& law, const std::str
     maneuver = {{"type", "three_axis"},
                 {"initial_attitude", {{"type", "rotation"}, {"axis", {1, -2, 3}}, {"angle_deg", 170}}},
                 {"initial_rate_deg_s", {6, -9, 12}}};
-  return {{"plant", kPlants.at(plant)},
-          {"maneuver", maneuver},
-          {"controller", controller},
-          {"actuator", all_actuators.at(actuator)},
-          {"simulation", {{"duration_s", 2}, {"verification_relative_tolerance", 1e-12}}},
-          {"telemetry", {{"sample_period_s", 1}}}};
+  json request = {{"plant", kPlants.at(plant)},
+                  {"maneuver", maneuver},
+                  {"controller", controller},
+                  {"actuator", all_actuators.at(actuator)},
+                  {"simulation", {{"duration_s", 2}, {"verification_relative_tolerance", 1e-12}}},
+                  {"telemetry", {{"sample_period_s", 1}}}};
+  if (law == "planned_torque") {
+    const std::size_t controls = actuator.starts_with("thruster set") ? 12 : 3;
+    request["guidance"] = {{"type", "given_controls"}, {"time_s", 1.5}, {"controls", {{"type", "on_off"}}}};
+    for (std::size_t i = 0; i < controls; ++i) {
+      const double first_s = 0.1 + 0.04 * static_cast<double>(i);
+      request["guidance"]["controls"]["sequences"].push_back(i % 2 == 0 ? json{1, 0, -1} : json{-1, 0, 1});
+      request["guidance"]["controls"]["switch_times_s"].push_back({first_s, 2 * first_s});
+    }
+  }
+  return request;
 }
 
 // ---- momentum

@@ -276,7 +276,7 @@ TEST(Planner, NothingToDoTakesNoTime) {
 TEST(Planner, StatesOnTheWayComeFromSundials) {
   const auto problem = sphere(90);
   const Plan found = plan(problem);
-  const auto states = fly_plan(problem, found, {0, found.time_s / 2, found.time_s});
+  const auto states = fly_controls(problem, found, {0, found.time_s / 2, found.time_s});
   ASSERT_EQ(states.size(), 3u);
   EXPECT_LE((states.front().attitude - problem.initial.attitude).norm(), 1e-15);
   EXPECT_LE(eigenaxis(states.back().attitude, problem.final.attitude).angle_rad, 1e-6);

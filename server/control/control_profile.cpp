@@ -1,4 +1,4 @@
-#include "server/guidance/control_profile.hpp"
+#include "server/control/control_profile.hpp"
 
 #include <algorithm>
 
@@ -20,14 +20,17 @@ Scalar control(const ProfileLayout& layout, std::span<const Scalar> own, double 
 
 }  // namespace
 
-std::vector<std::size_t> own_parameters(const ProfileLayout& layout, std::size_t i) {
-  if (layout.family == ProfileFamily::impulses)
-    return {layout.amplitude(i), layout.last_peak(i), layout.t1(i)};
-  std::vector<std::size_t> own = {layout.amplitude(i)};
+OwnParameters own_parameters(const ProfileLayout& layout, std::size_t i) {
+  OwnParameters own;
+  if (layout.family == ProfileFamily::impulses) {
+    for (const std::size_t place : {layout.amplitude(i), layout.last_peak(i), layout.t1(i)}) own.add(place);
+    return own;
+  }
+  own.add(layout.amplitude(i));
   for (std::size_t j = 0; j < static_cast<std::size_t>(layout.switches[i]); ++j)
-    own.push_back(layout.first_switch(i) + j);
-  own.push_back(layout.smoothness(i));
-  own.push_back(layout.rise());
+    own.add(layout.first_switch(i) + j);
+  own.add(layout.smoothness(i));
+  own.add(layout.rise());
   return own;
 }
 

@@ -14,9 +14,14 @@
 #include <span>
 #include <vector>
 
-#include "server/guidance/maneuver_problem.hpp"
-
 namespace slew {
+
+/// What a family of control histories leaves to be chosen: see below.
+enum class ProfileFamily {
+  on_off,           ///< least, zero or most control, switched at free times: what is time-optimal
+  smooth_switches,  ///< arctangents for switches, rounded at both ends (Eqs. 7, 8, 16)
+  impulses          ///< thrust, coast, thrust (Eq. 9)
+};
 
 /// m1: rises over [0, T_R] and falls over [1 - T_R, 1] (Eq. 7).
 template <typename Scalar>
@@ -86,7 +91,17 @@ struct ControlSlope {
   double control;
   std::array<double, 8> slope;
 };
-std::vector<std::size_t> own_parameters(const ProfileLayout& layout, std::size_t i);
+struct OwnParameters {
+  std::array<std::size_t, 8> places{};
+  std::size_t count = 0;
+
+  void add(std::size_t place) { places[count++] = place; }
+  std::size_t size() const { return count; }
+  const std::size_t* begin() const { return places.data(); }
+  const std::size_t* end() const { return places.data() + count; }
+  std::size_t operator[](std::size_t k) const { return places[k]; }
+};
+OwnParameters own_parameters(const ProfileLayout& layout, std::size_t i);
 ControlSlope profile_slope(const ProfileLayout& layout, std::span<const double> parameters, std::size_t i,
                            double t);
 
