@@ -63,10 +63,14 @@ GainSchedule::GainSchedule(const ElasticFilter& filter, double until_s, double r
   check_sundials(ERKStepSetMaxNumSteps(solver.memory, 10000000), "ERKStepSetMaxNumSteps");
   check_sundials(ERKStepSetStopTime(solver.memory, until_s), "ERKStepSetStopTime");
   keep(filter, 0, covariance);
+  // Far more than were expected: its motions are faster than they seemed.
+  const double most = 4 * kMostFilterWork / std::pow(static_cast<double>(n), 3);
   sunrealtype t_s = 0;
   while (t_s < until_s) {
     check_sundials(ERKStepEvolve(solver.memory, until_s, solver.state, &t_s, ARK_ONE_STEP), "ERKStepEvolve");
     keep(filter, t_s, covariance);
+    if (static_cast<double>(times_s_.size()) > most)
+      throw std::domain_error("the filter's Riccati equation takes too many steps");
     if ((covariance - steady).norm() <= 0.1 * relative_tolerance * steady.norm()) break;
   }
 }

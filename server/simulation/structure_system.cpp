@@ -21,6 +21,8 @@ auto part_of(StructurePart part, const Make& make) {
     throw;
   } catch (const std::logic_error& error) {  // domain_error and invalid_argument
     throw StructureFault(part, error.what());
+  } catch (const std::runtime_error& error) {  // SUNDIALS'
+    throw StructureFault(part, error.what());
   }
 }
 

@@ -42,9 +42,10 @@ class Assembly {
       places_[static_cast<std::size_t>(out.elastic[i])] = static_cast<Index>(6 + i);
   }
 
-  /// A point p of mass m moves by J x, J = [1, -p~, N]. Its acceleration along the hub's axes is, to first
-  /// order, J x'' + theta' (2 e J x') + theta'' (e p + e u - (p~ e) beta) + ..., because the hub's axes turn
-  /// by beta and zero-order accelerations are seen along them; and what acts on the hub acts at p + u.
+  /// A point p of mass m moves by J x, J = [1, -p~, N]. Along the hub's axes, which turn by beta, its
+  /// acceleration is of first order J x'' + theta' 2 e J x' + (theta'' e + theta'^2 e e) J x, and of what is
+  /// of zero order, a0 = (theta'' e + theta'^2 e e) p, a0~ beta; the moment about the hub is taken at p + N
+  /// q.
   void add_point(const Vector3d& p, double mass, const std::vector<PointMotion>& motions) {
     Columns j;
     j.of = MatrixXd::Zero(3, 6 + static_cast<Index>(motions.size()));
