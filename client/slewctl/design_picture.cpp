@@ -233,11 +233,32 @@ std::string modulator_script(const json& description, const std::string& title, 
   return text + "unset multiplot\n";
 }
 
+// The damped response of the whole structure, and of the models in its place.
+std::string structure_script(const json& description, const std::string& title, const std::string& file) {
+  const json& design = description.at("design");
+  std::string whole, flown, model;
+  for (const json& point : design.at("curve")) {
+    const std::string frequency = in_full(point.at("frequency_rad_s")) + ' ';
+    whole += frequency + in_full(point.at("whole_m_N")) + '\n';
+    flown += frequency + in_full(point.at("flown_m_N")) + '\n';
+    model += frequency + in_full(point.at("design_m_N")) + '\n';
+  }
+  std::vector<Layer> layers{
+      {"whole", whole, "with lines lw 2" + colour("#9e9e9e") + "title 'whole structure'"},
+      {"flown", flown, "with lines lw 2" + colour(kLine) + "title 'flown'"}};
+  if (design.at("has_design"))
+    layers.push_back({"model", model, "with lines dt 2 lw 2" + colour(kMark) + "title 'designed on'"});
+  return terminal_for(file, 1000, 700) + "set encoding utf8\nset grid\nset logscale xy\nset title " +
+         quoted(title) + "\nset xlabel 'frequency, rad/s'\nset ylabel 'receptance, m/N or rad/N m'\n" +
+         plot(layers);
+}
+
 std::string script_of(const json& description, const std::string& title, const std::string& file) {
   const json& design = description.at("design");
   if (design.at("type") == "none")
     throw Stop{kRefused, "nothing to draw: " + design.at("sentence").get<std::string>()};
   if (design.at("type") == "linear") return linear_script(description, title, file);
+  if (design.at("type") == "structure") return structure_script(description, title, file);
   if (design.at("type") == "modulator") return modulator_script(description, title, file);
   return phase_plane_script(description, title, file);
 }

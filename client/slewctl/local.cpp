@@ -117,6 +117,10 @@ int model(const Options& options) {
   }
   const std::string modes = mode_table(document.at("plant"));
   json shown = json::object();
+  if (document.at("plant").at("type") == "flexible_structure")
+    for (const char* part : {"maneuvering", "flown", "design_model", "frequency_errors", "responses",
+                             "command", "controller", "slew"})
+      if (!document.at(part).is_null()) shown[part] = document.at(part);
   for (const char* part : {"plant", "frame"}) {
     if (document.at(part).is_null()) continue;
     shown[part] = document.at(part);

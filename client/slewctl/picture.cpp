@@ -1,5 +1,8 @@
 #include "client/slewctl/picture.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <vector>
@@ -26,6 +29,7 @@ constexpr Quantity kQuantities[] = {{"error_rad", "error, deg", "#1f4e9c", kDegP
                                     {"rate_rad_s", "rate, deg/s", "#2e7d32", kDegPerRad},
                                     {"switching_function_rad", "s, deg", "#6a1b9a", kDegPerRad}};
 constexpr Quantity kTorque = {"torque_N_m", "torque, N m", "#b71c1c", 1};
+constexpr Quantity kCommand = {"slew_torque_N_m", "command, N m", "#37474f", 1};
 
 // Of three axes, in one panel: their channels are named prefix + axis + suffix.
 struct Vector {
@@ -37,6 +41,8 @@ struct Vector {
 constexpr Vector kVectors[] = {{"mrp_", "", "p, MRP", 1},
                                {"rate_", "_rad_s", "rate, deg/s", kDegPerRad},
                                {"surface_", "_rad_s", "s, deg/s", kDegPerRad},
+                               {"antenna_pointing_", "_rad", "pointing, deg", kDegPerRad},
+                               {"antenna_rotation_", "_rad", "antenna to hub, deg", kDegPerRad},
                                {"estimated_disturbance_", "_N_m", "disturbance^, N m", 1},
                                {"torque_", "_N_m", "torque, N m", 1}};
 constexpr const char* kAxes[] = {"x", "y", "z"};
@@ -75,13 +81,16 @@ void add_panel(std::vector<Panel>& panels, const json& series, const Vector& vec
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::string channel = vector.prefix + std::to_string(axis + 1) + vector.suffix;
     const auto column = series.at("columns").find(channel);
-    if (column == series.at("columns").end()) return;
+    if (column == series.at("columns").end()) continue;
     panel.curves.push_back(
         {channel, points_of(series.at("t_s"), *column, vector.factor),
          std::string("with lines lw 1.5 lc rgb '") + kAxisColors[axis] + "' title '" + kAxes[axis] + "'"});
   }
+  if (panel.curves.empty()) return;
   // Which axis is which is said once.
-  panel.settings = panels.empty() ? "set key top right horizontal\n" : "unset key\n";
+  const bool is_said = std::any_of(panels.begin(), panels.end(),
+                                   [](const Panel& other) { return other.settings.starts_with("set key"); });
+  panel.settings = is_said ? "unset key\n" : "set key top right horizontal\n";
   panels.push_back(std::move(panel));
 }
 
@@ -176,6 +185,57 @@ Panel firing_panel(const json& events, const std::string& channel, double end_s)
   return panel;
 }
 
+// What actuators at the nodes of a structure do, a panel for each group of them.
+void add_groups(std::vector<Panel>& panels, const json& series, const json& structure) {
+  for (const json& one : structure.at("efforts")) {
+    const std::string group = one.at("group").get<std::string>() + "_";
+    const bool is_torque = one.at("control_effort_N2_m2_s").is_number();
+    std::string label = group.substr(0, group.size() - 1) + (is_torque ? ", N m" : ", N");
+    std::replace(label.begin(), label.end(), '_', ' ');
+    add_panel(panels, series, Vector{group.c_str(), is_torque ? "_N_m" : "_N", label.c_str(), 1});
+  }
+}
+
+std::string line_through(const json& members, const json& positions) {
+  std::string points;
+  for (const json& member : members) {
+    for (const json& end : member) {
+      const json& at = positions.at(end.get<std::size_t>());
+      points += in_full(at[0]) + ' ' + in_full(at[1]) + ' ' + in_full(at[2]) + '\n';
+    }
+    points += "\n\n";
+  }
+  return points;
+}
+
+/// The frame as it is and as it is deflected, many times enlarged.
+std::string shape_panel(const json& shape) {
+  const json& positions = shape.at("position_m");
+  double size = 0, most = 0;
+  for (const json& position : positions)
+    for (const json& coordinate : position) size = std::max(size, std::abs(coordinate.get<double>()));
+  for (const json& displacement : shape.at("displacement_m"))
+    for (const json& component : displacement) most = std::max(most, std::abs(component.get<double>()));
+  constexpr double kShown = 0.15;  // of the frame's size
+  const double factor = most > 0 ? kShown * size / most : 0;
+  json deflected = positions;
+  for (std::size_t i = 0; i < deflected.size(); ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      deflected[i][k] =
+          deflected[i][k].get<double>() + factor * shape.at("displacement_m").at(i).at(k).get<double>();
+  char caption[80];
+  std::snprintf(caption, sizeof caption, "deflection at %.3g s, %.3g times", shape.at("t_s").get<double>(),
+                factor);
+  return "$frame << EOD\n" + line_through(shape.at("members"), positions) + "EOD\n$deflected << EOD\n" +
+         line_through(shape.at("members"), deflected) +
+         "EOD\nunset xlabel\nunset ylabel\nunset lmargin\nunset rmargin\nunset offsets\nset autoscale\n"
+         "set xtics 1\nset ytics 1\nset ztics 1\nset xyplane relative 0.05\nset view 65, 35\nset view equal "
+         "xyz\n"
+         "unset key\nset title " +
+         quoted(caption) +
+         "\nsplot $frame with lines lc rgb '#9e9e9e', $deflected with lines lw 2 lc rgb '#1f4e9c'\n";
+}
+
 std::string script(const json& result, const json& series, const std::string& title,
                    const std::string& file) {
   const double end_s = series.at("t_s").back();
@@ -190,13 +250,22 @@ std::string script(const json& result, const json& series, const std::string& ti
       if (channel.get<std::string>().starts_with("thruster"))
         panels.push_back(firing_panel(result.at("events"), channel, end_s));
   if (panels.size() == quantities) add_panel(panels, series, kTorque);
+  const json& metrics = result.at("metrics");
+  const json structure = metrics.is_object() ? metrics.value("structure", json()) : json();
+  if (structure.is_object()) {
+    add_panel(panels, series, kCommand);
+    add_groups(panels, series, structure);
+  }
 
-  std::string text = terminal_for(file) + "set encoding utf8\nset grid\nunset key\n";
+  std::string text = (structure.is_object() ? terminal_for(file, 1100, 1500) : terminal_for(file)) +
+                     "set encoding utf8\nset grid\nunset key\n";
+  if (structure.is_object()) text += "set ylabel font ',8'\nset ytics font ',8'\n";
   for (const Panel& panel : panels)
     for (const Curve& curve : panel.curves) text += "$" + curve.name + " << EOD\n" + curve.points + "EOD\n";
   text += "set lmargin 10\nset rmargin 3\nset xrange [0:" + in_full(end_s) + "]\n";
   text += "set autoscale y\nset offsets 0, 0, graph 0.05, graph 0.05\n";
-  text += "set multiplot layout " + std::to_string(panels.size()) + ",1 title " + quoted(title) + "\n";
+  const std::size_t rows = structure.is_object() ? panels.size() + 3 : panels.size();
+  text += "set multiplot layout " + std::to_string(rows) + ",1 title " + quoted(title) + "\n";
   for (const Panel& panel : panels) {
     text += "set ylabel " + quoted(panel.label) + "\nset xlabel " +
             (&panel == &panels.back() ? "'t, s'" : "''") + "\n" + panel.settings;
@@ -205,6 +274,9 @@ std::string script(const json& result, const json& series, const std::string& ti
       plots += (plots.empty() ? "plot $" : ", $") + curve.name + ' ' + curve.style;
     text += plots + "\n";
   }
+  if (structure.is_object())
+    text += "set origin 0,0\nset size 1," + in_full(2.9 / static_cast<double>(rows)) + "\n" +
+            shape_panel(structure.at("deflected_shape"));
   return text + "unset multiplot\n";
 }
 

@@ -49,6 +49,29 @@ void add_tally(std::vector<std::vector<std::string>>& rows, const json& metrics,
   if (!each.empty()) rows.push_back({name, value_in_words(tally.at("total")), unit, parts});
 }
 
+std::string three_in_words(const json& values) {
+  std::string text;
+  for (const json& value : values) text += (text.empty() ? "" : ", ") + value_in_words(value);
+  return text;
+}
+
+// A flexible structure's antenna and what its actuators did.
+void add_structure(std::vector<std::vector<std::string>>& rows, const json& structure) {
+  rows.push_back({"command arrival", value_in_words(structure.at("command_arrival_s")), "s"});
+  for (const char* quantity : {"antenna_pointing", "antenna_rotation"}) {
+    const json& rotation = structure.at(quantity);
+    const std::string name = name_and_unit(quantity).first;
+    rows.push_back({name + ", settling", value_in_words(rotation.at("settling_time_s")), "s"});
+    rows.push_back({name + ", peaks", three_in_words(rotation.at("peak_deg")), "deg"});
+    rows.push_back({name + ", last second", three_in_words(rotation.at("residual_deg")), "deg"});
+  }
+  for (const json& one : structure.at("efforts"))
+    for (const char* key : {"control_effort_N2_m2_s", "control_effort_N2_s"})
+      if (one.at(key).is_number())
+        rows.push_back({"effort of " + one.at("group").get<std::string>(), value_in_words(one.at(key)),
+                        name_and_unit(key).second});
+}
+
 std::string verification_in_words(const json& verification) {
   std::string text =
       "\nsecond opinion (" + verification.at("propagator").at("name").get<std::string>() + "): ";
@@ -95,6 +118,7 @@ std::string result_in_words(const json& result) {
       if (std::find(order.begin(), order.end(), key) == order.end()) add(key);
     add_tally(rows, metrics, "thruster_on_time_s");
     add_tally(rows, metrics, "firings");
+    if (metrics.value("structure", json()).is_object()) add_structure(rows, metrics.at("structure"));
     text += table(rows);
   }
   const json& propagator = provenance.at("propagator");

@@ -11,6 +11,7 @@
 #include "server/experiment/planning.hpp"
 #include "server/experiment/preset.hpp"
 #include "server/experiment/schema.hpp"
+#include "server/experiment/structure_request.hpp"
 #include "server/experiment/wall_time.hpp"
 #include "server/simulation/ballast.hpp"
 
@@ -118,6 +119,7 @@ TimingSpecification specify_timing(const json& timing) {
 }
 
 System specify(const json& resolved) {
+  if (is_structure(resolved.at("plant"))) return specify_structure(resolved);
   if (is_attitude_law(resolved.at("controller"))) return specify_attitude(resolved);
   if (is_linear_law(resolved.at("controller"))) return specify_linear_axis(resolved);
   return specify_on_off_axis(resolved);
@@ -132,6 +134,9 @@ std::unique_ptr<Run> run_of(const LinearAxisSpecification& spec) {
 std::unique_ptr<Run> run_of(const AttitudeSpecification& spec) {
   return make_attitude_run(spec);
 }
+std::unique_ptr<Run> run_of(const StructureSpecification& spec) {
+  return make_structure_run(spec);
+}
 std::unique_ptr<Run> verification_of(const OnOffAxisSpecification& spec) {
   return make_on_off_axis_verification(spec);
 }
@@ -140,6 +145,9 @@ std::unique_ptr<Run> verification_of(const LinearAxisSpecification& spec) {
 }
 std::unique_ptr<Run> verification_of(const AttitudeSpecification& spec) {
   return make_attitude_verification(spec);
+}
+std::unique_ptr<Run> verification_of(const StructureSpecification& spec) {
+  return make_structure_verification(spec);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "server/simulation/attitude.hpp"
 #include "server/simulation/axis.hpp"
 #include "server/simulation/run.hpp"
+#include "server/simulation/structure.hpp"
 
 namespace slew {
 
@@ -37,7 +38,8 @@ struct TelemetrySpecification {
 };
 
 /// What a request asks to be flown.
-using System = std::variant<OnOffAxisSpecification, LinearAxisSpecification, AttitudeSpecification>;
+using System = std::variant<OnOffAxisSpecification, LinearAxisSpecification, AttitudeSpecification,
+                            StructureSpecification>;
 
 struct PlanningTask;  // guidance_request.hpp
 
@@ -85,7 +87,8 @@ nlohmann::json design_curves(const Prepared& prepared);
 
 /// What the plant is made of: inertias, modes and couplings as they fly; for a frame also its mass properties
 /// and all its modes, derived anew. "frame" is null for a plant that has none. Of a rigid body its principal
-/// moments and axes.
+/// moments and axes; of a flexible structure mass properties, frequencies, what its reductions make wrong,
+/// receptances, the design's eigenvalues, and the slew's loads at the times of outputs.at_s.
 nlohmann::json model(const Prepared& prepared);
 
 /// What the service knows of a result besides the run's own report.

@@ -102,6 +102,10 @@ SpaceFrame specify_frame(const json& plant) {
     frame.bars.push_back({bar.at("from_node"), bar.at("to_node"), bar.at("mass_per_length_kg_m"),
                           bar.at("axial_stiffness_N")});
   for (const json& point : plant.at("point_masses")) frame.point_masses.push_back(specify_point_mass(point));
+  if (const auto plates = plant.find("plates"); plates != plant.end())
+    for (const json& plate : *plates)
+      frame.plates.push_back(
+          {plate.at("node"), plate.at("mass_kg"), vector(plate.at("sides_m")), vector(plate.at("offset_m"))});
   if (const auto plane = plant.find("plane"); plane != plant.end()) {
     frame.held_everywhere = held_outside(*plane);
     orient_in_plane(frame, Vector3d::Unit(static_cast<Index>(normal_of(*plane))));

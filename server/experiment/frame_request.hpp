@@ -1,5 +1,6 @@
-// A plant of type flexible_axis_frame: beams, bars and point masses on a hub, from which the modes and the
-// couplings of a flexible axis are derived (Agrawal & Bang 1995, Eq. 22 with the superscripts put right).
+// Plants that are frames. Of type flexible_axis_frame: beams, bars and point masses on a hub, from which the
+// modes and the couplings of a flexible axis are derived (Agrawal & Bang 1995, Eq. 22 with the superscripts
+// put right). Of type flexible_structure: the same with plates, which flies as it is.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -14,9 +15,9 @@ namespace slew {
 
 bool is_frame(const nlohmann::json& plant);
 
-/// What no schema can say of a request's frame, all at once; of its modes, when it can be assembled at all.
-/// Empty for another plant, and where `schema_violations` leave no whole plant to judge. What it costs is
-/// bounded by max_frame_coordinates.
+/// What no schema can say of either kind of frame, all at once; of its modes, when it can be assembled at
+/// all. Empty for another plant, and where `schema_violations` leave no whole plant to judge. What it costs
+/// is bounded by max_frame_coordinates.
 std::vector<Violation> frame_violations(const nlohmann::json& request,
                                         const std::vector<Violation>& schema_violations);
 

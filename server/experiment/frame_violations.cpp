@@ -1,5 +1,5 @@
 // What is wrong with a frame, in the words and at the places of the request.
-#include <Eigen/Geometry>
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -9,6 +9,7 @@
 #include "server/experiment/frame_request.hpp"
 #include "server/experiment/limits.hpp"
 #include "server/experiment/schema.hpp"
+#include "server/experiment/structure_request.hpp"
 
 namespace slew {
 namespace {
@@ -33,11 +34,13 @@ class FrameJudge {
   explicit FrameJudge(const json& plant) : plant_(plant) {}
 
   std::vector<Violation> judge() {
-    check_inertia();
+    if (!is_structure(plant_)) check_inertia();
     check_axis();
     check_sections();
     check_geometry();
-    if (violations_.empty()) check_modes();
+    if (is_structure(plant_)) check_masses();
+    if (is_structure(plant_) && violations_.empty()) check_connections();
+    if (violations_.empty()) is_structure(plant_) ? check_hub() : check_modes();
     return std::move(violations_);
   }
 
@@ -72,7 +75,7 @@ class FrameJudge {
     const Eigen::Vector3d normal = hub_axis(in_plane);
     if (axis.isZero(0))
       violate("axis", "the axis has no direction", given("axis"), "a vector that is not 0");
-    else if (plant_.contains("plane") && !(axis.cross(normal).norm() < kLean))
+    else if (plant_.contains("plane") && !is_structure(plant_) && !(axis.cross(normal).norm() < kLean))
       violate("axis", "to turn about this axis moves nothing in the frame's plane", given("axis"),
               "left out, or along the plane's normal");
   }
@@ -127,6 +130,72 @@ class FrameJudge {
                 std::move(fault.allowed));
   }
 
+  /// Consistent masses are all there is to accelerate a structure's nodes with.
+  void check_masses() {
+    const json& beams = plant_.at("beams");
+    for (std::size_t i = 0; i < beams.size() && violations_.size() <= limits().max_violations; ++i) {
+      const auto& name = beams[i].at("section").get_ref<const std::string&>();
+      const auto section = plant_.at("sections").find(name);
+      if (section != plant_.at("sections").end() && section->at("mass_per_length_kg_m") == 0)
+        violate(json::json_pointer("/sections") / name / "mass_per_length_kg_m", "its beams have no mass",
+                "0", "more than 0");
+    }
+    const json& bars = plant_.at("bars");
+    for (std::size_t i = 0; i < bars.size() && violations_.size() <= limits().max_violations; ++i)
+      if (bars[i].at("mass_per_length_kg_m") == 0)
+        violate(json::json_pointer("/bars") / i / "mass_per_length_kg_m", "the bar has no mass", "0",
+                "more than 0");
+  }
+
+  /// From the nodes that are held, along members, to all others.
+  void check_connections() {
+    const SpaceFrame frame = specify_frame(plant_);
+    std::vector<char> reached(frame.nodes.size(), 0);
+    for (std::size_t i = 0; i < frame.nodes.size(); ++i)
+      for (const bool held : frame.nodes[i].held)
+        if (held) reached[i] = 1;
+    if (std::count(reached.begin(), reached.end(), 1) == 0)
+      return violate("nodes", "nothing of the structure is held to its hub", "",
+                     "a node with held [\"all\"], which is the hub");
+    std::vector<std::pair<std::size_t, std::size_t>> members;
+    for (const FrameBeam& beam : frame.beams) members.emplace_back(beam.from_node, beam.to_node);
+    for (const FrameBar& bar : frame.bars) members.emplace_back(bar.from_node, bar.to_node);
+    for (bool grows = true; grows;) {
+      grows = false;
+      for (const auto& [from, to] : members)
+        if (reached[from] != reached[to]) {
+          reached[from] = reached[to] = 1;
+          grows = true;
+        }
+    }
+    for (std::size_t i = 0; i < reached.size() && violations_.size() <= limits().max_violations; ++i)
+      if (!reached[i])
+        violate(json::json_pointer("/nodes") / i, "no member connects the node with the hub",
+                shortened(plant_.at("nodes")[i]), "beams or bars that lead to a node that is held");
+  }
+
+  /// What the hub and the structure are together.
+  void check_hub() try {
+    constexpr double kRounding = 1e-12;
+    const AssembledFrame frame = assemble(specify_frame(plant_));
+    const Eigen::Matrix3d inertia = mass_properties(frame).inertia_about_centre_kg_m2;
+    const Eigen::Vector3d moments = inertia.selfadjointView<Eigen::Lower>().eigenvalues();
+    if (!(moments[0] > kRounding * moments[2]))
+      violate("nodes", "the structure has no inertia about one of its axes", text(moments[0]) + " kg m^2",
+              "a body or plate with inertia, or a polar inertia of its beams");
+    const NormalModes clamped = normal_modes(frame, FrameBoundary::kClamped);
+    if (clamped.size() == 0)
+      violate("nodes", "nothing of the structure can deform", "", "a node that is not held");
+    else if (clamped.frequency_rad_s[0] == 0)
+      violate(
+          "nodes",
+          "the structure can move on its hub without being strained: it is a mechanism, or a member is so "
+          "stiff that others are lost in its rounding",
+          "", "nodes held, or members that resist every motion");
+  } catch (const std::domain_error& error) {
+    violate("nodes", error.what(), "", "parts that resist every motion, or have mass");
+  }
+
   void check_modes() try {
     const DerivedFrame frame = derive_frame(plant_);
     check_kept(frame.clamped.frequency_rad_s / (2 * std::numbers::pi));
@@ -177,7 +246,8 @@ std::vector<Violation> frame_violations(const json& request,
         return violation.pointer.empty() || violation.pointer == "/plant" ||
                violation.pointer.starts_with("/plant/");
       });
-  if (is_unsound || !request.contains("plant") || !is_frame(request.at("plant"))) return {};
+  if (is_unsound || !request.contains("plant")) return {};
+  if (!is_frame(request.at("plant")) && !is_structure(request.at("plant"))) return {};
   return FrameJudge(request.at("plant")).judge();
 }
 

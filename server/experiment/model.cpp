@@ -18,6 +18,11 @@ json numbers(const Eigen::VectorXd& values) {
   return std::vector<double>(values.begin(), values.end());
 }
 
+// structure_model tells it.
+json flown(const ElasticReduction&) {
+  return nullptr;
+}
+
 json flown(const RigidBodyPlant& plant) {
   return rigid_body_document(plant);
 }
@@ -64,6 +69,13 @@ json whole_frame(const json& plant, const DerivedFrame& frame) {
 
 json model(const Prepared& prepared) {
   json request = json::parse(prepared.resolved);
+  if (const auto* structure = std::get_if<StructureSpecification>(&prepared.system)) {
+    json document = structure_model(*structure, request.at("outputs"));
+    document["frame"] = nullptr;
+    document["warnings"] = prepared.warnings;
+    document["request"] = std::move(request);
+    return document;
+  }
   const json& requested = request.at("plant");
   json plant = std::visit([](const auto&spec) { return flown(spec.plant); }, prepared.system), frame;
   plant["type"] = requested.at("type");

@@ -11,6 +11,7 @@
 #include "server/experiment/limits.hpp"
 #include "server/experiment/linear_axis_request.hpp"
 #include "server/experiment/sound_fields.hpp"
+#include "server/experiment/structure_request.hpp"
 #include "server/experiment/wall_time.hpp"
 
 namespace slew {
@@ -143,8 +144,14 @@ std::vector<Violation> physics_violations(const json& request,
   const auto duration_s = fields.number("/simulation/duration_s");
   const bool is_continuous = fields.says("/controller/evaluation/type", "continuous");
   const bool is_sampled = fields.says("/controller/evaluation/type", "sampled");
-  check_attitude(fields, violate);
-  check_guidance(fields, violate);
+  const bool is_of_a_structure = has_structure(fields);
+  if (is_of_a_structure) {
+    check_structure(fields, violate);
+  } else {
+    check_no_structure(fields, violate);
+    check_attitude(fields, violate);
+    check_guidance(fields, violate);
+  }
   // What has another number of axes than the plant needs no other reason, and a law that has makes no other
   // sense.
   const std::vector<Violation> misfits = violations;
@@ -157,8 +164,9 @@ std::vector<Violation> physics_violations(const json& request,
     if (!is_misfit(pointer))
       violate(std::move(pointer), std::move(problem), std::move(given), std::move(allowed));
   };
-  if (!has_three_axes(fields) && !is_misfit("/controller/type")) check_axis(fields, violate_besides);
-  if (fields.says("/stop/when", "end_box") && !has_three_axes(fields) &&
+  if (!is_of_a_structure && !has_three_axes(fields) && !is_misfit("/controller/type"))
+    check_axis(fields, violate_besides);
+  if (fields.says("/stop/when", "end_box") && !is_of_a_structure && !has_three_axes(fields) &&
       fields.lacks("/controller", "end_box") && !has_linear_law(fields))
     violate("/stop/when", "the run cannot stop at the end box of a controller that has none", "\"end_box\"",
             "controller.end_box given, or another stop");

@@ -33,6 +33,33 @@ json tally(const ThrusterTally<T>& value) {
   return document;
 }
 
+json rotation_document(const AntennaRotation& rotation) {
+  const auto degrees = [](const std::array<double, 3>& values) -> json {
+    return {values[0] * kDegPerRad, values[1] * kDegPerRad, values[2] * kDegPerRad};
+  };
+  return {{"peak_deg", degrees(rotation.peak_rad)},
+          {"residual_deg", degrees(rotation.residual_rad)},
+          {"settling_time_s", optional(rotation.settling_s)}};
+}
+
+json structure_document(const std::optional<StructureMetrics>& metrics) {
+  if (!metrics) return nullptr;
+  json efforts = json::array();
+  for (const GroupEffort& one : metrics->efforts)
+    efforts.push_back({{"group", one.group},
+                       {"control_effort_N2_m2_s", one.is_torque ? json(one.effort) : json(nullptr)},
+                       {"control_effort_N2_s", one.is_torque ? json(nullptr) : json(one.effort)}});
+  return {{"command_arrival_s", metrics->command_arrival_s},
+          {"antenna_pointing", rotation_document(metrics->pointing)},
+          {"antenna_rotation", rotation_document(metrics->relative)},
+          {"efforts", std::move(efforts)},
+          {"deflected_shape",
+           {{"t_s", metrics->shape.t_s},
+            {"position_m", metrics->shape.position_m},
+            {"displacement_m", metrics->shape.displacement_m},
+            {"members", metrics->shape.members}}}};
+}
+
 json metrics_document(const Metrics& metrics, const ChannelTable& channels) {
   json extrema = json::array();
   for (const Extremum& extremum : metrics.extrema)
@@ -74,6 +101,7 @@ json metrics_document(const Metrics& metrics, const ChannelTable& channels) {
           {"switching_period_s", optional(metrics.switching_period_s)},
           {"sliding_s", metrics.sliding_s},
           {"rest_s", optional(metrics.rest_s)},
+          {"structure", structure_document(metrics.structure)},
           {"final_state", std::move(final_state)}};
 }
 

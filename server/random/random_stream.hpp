@@ -12,7 +12,9 @@ enum class RandomUse : std::uint32_t {
   misalignment,
   angle_noise,
   rate_noise,
-  maneuver_start
+  maneuver_start,
+  elastic_noise,
+  structure_sensor_noise
 };
 
 class RandomStream {

@@ -2,6 +2,8 @@
 // SI throughout (rad); empty means that it never happened.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -42,6 +44,35 @@ struct LimitCycle {
   double firing_s;  ///< and of its last firing
 };
 
+/// The rotation of an antenna on a flexible structure, axis by axis.
+struct AntennaRotation {
+  std::array<double, 3> peak_rad{};      ///< largest size
+  std::array<double, 3> residual_rad{};  ///< largest size over the last second
+  std::optional<double> settling_s;  ///< last time outside the tolerance, after the origin: may be negative
+};
+
+/// The integral of the squared controls of a group of actuators: N^2 m^2 s of torques, N^2 s of forces.
+struct GroupEffort {
+  std::string group;
+  bool is_torque;
+  double effort;
+};
+
+/// Where a frame's nodes are, and how far they are displaced relative to the hub.
+struct DeflectedShape {
+  double t_s = 0;
+  std::vector<std::array<double, 3>> position_m, displacement_m;
+  std::vector<std::array<std::size_t, 2>> members;
+};
+
+struct StructureMetrics {
+  double command_arrival_s = 0;
+  AntennaRotation pointing;  ///< relative to where the slew should be
+  AntennaRotation relative;  ///< to the hub
+  std::vector<GroupEffort> efforts;
+  DeflectedShape shape;  ///< when the antenna was turned farthest relative to the hub
+};
+
 struct Metrics {
   double end_time_s = 0;                  ///< simulated time at which the run ended
   std::optional<double> maneuver_time_s;  ///< end box reached and held until the end
@@ -69,9 +100,10 @@ struct Metrics {
   std::optional<double> kinetic_energy_J;     ///< of rotation, at the end; in three axes
   std::optional<LimitCycle> limit_cycle;      ///< when the last two periods agree within 1 %
   std::optional<double>
-      switching_period_s;           ///< between the last two firings of the same sign, begin to begin
-  std::optional<double> rest_s;     ///< when it came to rest for good, in a mode of rest
-  double sliding_s = 0;             ///< time spent sliding on a switching surface
+      switching_period_s;        ///< between the last two firings of the same sign, begin to begin
+  std::optional<double> rest_s;  ///< when it came to rest for good, in a mode of rest
+  double sliding_s = 0;          ///< time spent sliding on a switching surface
+  std::optional<StructureMetrics> structure;
   std::vector<double> final_state;  ///< in the order of the state channels
 };
 

@@ -1,9 +1,11 @@
 #include "server/structure/space_frame.hpp"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <stdexcept>
+
+#include "server/attitude/mrp.hpp"
 
 namespace slew {
 namespace {
@@ -14,122 +16,10 @@ using Eigen::MatrixXd;
 using Eigen::Vector3d;
 using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
-// ---- what may be assembled
-
-/// Members shorter than this are two nodes at one place.
-constexpr double kShortestMember_m = 1e-9;
-/// Sine of the angle between a member and its orientation below which there is no plane.
-constexpr double kParallel = 1e-6;
-
-std::string text(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.9g", value);
-  return buffer;
-}
-
-std::string text(const Vector3d& v) {
-  return "[" + text(v(0)) + ", " + text(v(1)) + ", " + text(v(2)) + "]";
-}
-
-class FaultList {
- public:
-  void add(std::string field, std::string problem, std::string given, std::string allowed) {
-    faults_.push_back({std::move(field), std::move(problem), std::move(given), std::move(allowed)});
-  }
-  void not_negative(const std::string& field, double value) {
-    if (!(value >= 0 && std::isfinite(value)))
-      add(field, "not a finite number from 0 on", text(value), "0 or more");
-  }
-  void positive(const std::string& field, double value) {
-    if (!(value > 0 && std::isfinite(value)))
-      add(field, "not a finite number above 0", text(value), "more than 0");
-  }
-  std::vector<FrameFault> take() { return std::move(faults_); }
-
- private:
-  std::vector<FrameFault> faults_;
-};
-
-bool node_exists(FaultList& faults, const SpaceFrame& frame, const std::string& field, std::size_t node) {
-  if (node < frame.nodes.size()) return true;
-  faults.add(field, "no such node", std::to_string(node),
-             frame.nodes.empty() ? "there is no node" : "0 to " + std::to_string(frame.nodes.size() - 1));
-  return false;
-}
-
-/// Whether the member has two ends and a length.
-bool has_ends(FaultList& faults, const SpaceFrame& frame, const std::string& member, std::size_t from,
-              std::size_t to) {
-  const bool has_from = node_exists(faults, frame, member + "/from_node", from);
-  const bool has_to = node_exists(faults, frame, member + "/to_node", to);
-  if (!has_from || !has_to) return false;
-  const double length_m = (frame.nodes[to].position_m - frame.nodes[from].position_m).norm();
-  if (length_m >= kShortestMember_m) return true;
-  if (std::isfinite(length_m))  // else the node has been named already
-    faults.add(member + "/to_node", "its two nodes are at one place", std::to_string(to),
-               "a node at another place");
-  return false;
-}
-
-void check_beam(FaultList& faults, const SpaceFrame& frame, const FrameBeam& beam, const std::string& name) {
-  const BeamSection& section = beam.section;
-  faults.not_negative(name + "/section/mass_per_length_kg_m", section.mass_per_length_kg_m);
-  faults.not_negative(name + "/section/polar_inertia_per_length_kg_m", section.polar_inertia_per_length_kg_m);
-  faults.positive(name + "/section/axial_stiffness_N", section.axial_stiffness_N);
-  faults.not_negative(name + "/section/bending_stiffness_y_N_m2", section.bending_stiffness_y_N_m2);
-  faults.not_negative(name + "/section/bending_stiffness_z_N_m2", section.bending_stiffness_z_N_m2);
-  faults.not_negative(name + "/section/torsional_stiffness_N_m2", section.torsional_stiffness_N_m2);
-  if (!has_ends(faults, frame, name, beam.from_node, beam.to_node)) return;
-
-  const auto alike = [](const DofFlags& released) {
-    return released[1] == released[2] && released[4] == released[5];
-  };
-  const bool any_will_do = section.bending_stiffness_y_N_m2 == section.bending_stiffness_z_N_m2 &&
-                           alike(beam.released_at_from) && alike(beam.released_at_to);
-  if (beam.orientation.isZero(0)) {
-    if (!any_will_do)
-      faults.add(name + "/orientation", "y and z are not alike, so they must be told apart",
-                 text(beam.orientation), "a vector that is not parallel to the beam");
-    return;
-  }
-  const Vector3d along =
-      (frame.nodes[beam.to_node].position_m - frame.nodes[beam.from_node].position_m).normalized();
-  if (!(along.cross(beam.orientation.normalized()).norm() > kParallel))
-    faults.add(name + "/orientation", "parallel to the beam, or not finite", text(beam.orientation),
-               "a vector that is not parallel to the beam");
-}
-
-void check_point_mass(FaultList& faults, const SpaceFrame& frame, const PointMass& point,
-                      const std::string& name) {
-  node_exists(faults, frame, name + "/node", point.node);
-  faults.not_negative(name + "/mass_kg", point.mass_kg);
-  const Matrix3d& inertia = point.inertia_kg_m2;
-  const double scale = inertia.cwiseAbs().maxCoeff();
-  const bool is_fit = inertia.allFinite() && inertia == inertia.transpose() &&
-                      inertia.selfadjointView<Eigen::Lower>().eigenvalues().minCoeff() >= -1e-12 * scale;
-  if (!is_fit)
-    faults.add(name + "/inertia_kg_m2", "not an inertia matrix",
-               "rows " + text(inertia.row(0)) + ", " + text(inertia.row(1)) + ", " + text(inertia.row(2)),
-               "symmetric and positive semidefinite");
-}
-
 std::size_t count(const DofFlags& flags) {
   std::size_t set = 0;
   for (const bool flag : flags) set += flag ? 1 : 0;
   return set;
-}
-
-double total_mass(const SpaceFrame& frame) {
-  const auto length = [&](std::size_t from, std::size_t to) {
-    return (frame.nodes[to].position_m - frame.nodes[from].position_m).norm();
-  };
-  double mass_kg = 0;
-  for (const FrameBeam& beam : frame.beams)
-    mass_kg += beam.section.mass_per_length_kg_m * length(beam.from_node, beam.to_node);
-  for (const FrameBar& bar : frame.bars)
-    mass_kg += bar.mass_per_length_kg_m * length(bar.from_node, bar.to_node);
-  for (const PointMass& point : frame.point_masses) mass_kg += point.mass_kg;
-  return mass_kg;
 }
 
 // ---- elements, in local axes
@@ -200,6 +90,23 @@ Matrix3d local_axes(const Vector3d& from, const Vector3d& to, const Vector3d& or
   return axes;
 }
 
+/// Places and weights of Gauss's rule of five points on [0, 1].
+constexpr std::array<std::array<double, 2>, 5> kGauss{{{0.046910077030668004, 0.11846344252809454},
+                                                       {0.23076534494715845, 0.23931433524968324},
+                                                       {0.5, 0.28444444444444444},
+                                                       {0.7692346550528415, 0.23931433524968324},
+                                                       {0.953089922969332, 0.11846344252809454}}};
+
+/// How the point at x of a beam's length moves for each of its twelve local displacements: a linear function
+/// along it, Hermite's across. Twisting moves no point of the axis.
+std::vector<Vector3d> beam_functions(const Matrix3d& axes, double l, double x) {
+  const Vector3d along = axes.row(0), y = axes.row(1), z = axes.row(2), none = Vector3d::Zero();
+  const double from = 1 - x * x * (3 - 2 * x), turn = l * x * (1 - x) * (1 - x);
+  const double to = x * x * (3 - 2 * x), turn_to = l * x * x * (x - 1);
+  return {(1 - x) * along, from * y, from * z, none, -turn * z,    turn * y,
+          x * along,       to * y,   to * z,   none, -turn_to * z, turn_to * y};
+}
+
 // ---- putting them together
 
 /// One displacement as a sum of coordinates.
@@ -223,10 +130,12 @@ class Assembly {
     for (const FrameNode& node : frame_.nodes) add_node(node.position_m, node.held);
     for (const FrameBeam& beam : frame_.beams) add_beam(beam);
     for (const FrameBar& bar : frame_.bars) add_bar(bar);
-    for (const PointMass& point : frame_.point_masses) {
-      const auto first = static_cast<Index>(6 * point.node);
-      out_.mass.block<3, 3>(first, first) += point.mass_kg * Matrix3d::Identity();
-      out_.mass.block<3, 3>(first + 3, first + 3) += point.inertia_kg_m2;
+    for (const PointMass& point : frame_.point_masses)
+      add_rigid_part(point.node, point.mass_kg, Vector3d::Zero(), point.inertia_kg_m2);
+    for (const RigidPlate& plate : frame_.plates) {
+      const Vector3d square = plate.sides_m.cwiseAbs2();
+      add_rigid_part(plate.node, plate.mass_kg, plate.offset_m,
+                     plate.mass_kg / 12 * (Vector3d::Constant(square.sum()) - square).asDiagonal());
     }
     return std::move(out_);
   }
@@ -283,6 +192,37 @@ class Assembly {
     }
   }
 
+  /// Its centre moves by u + phi x c.
+  void add_rigid_part(std::size_t node, double mass_kg, const Vector3d& offset_m, const Matrix3d& inertia) {
+    const auto first = static_cast<Index>(6 * node);
+    const Matrix3d cross = cross_matrix<double>(offset_m);
+    out_.mass.block<3, 3>(first, first) += mass_kg * Matrix3d::Identity();
+    out_.mass.block<3, 3>(first, first + 3) -= mass_kg * cross;
+    out_.mass.block<3, 3>(first + 3, first) += mass_kg * cross;
+    out_.mass.block<3, 3>(first + 3, first + 3) += inertia - mass_kg * cross * cross;
+    out_.rigid_parts.push_back({first, frame_.nodes[node].position_m + offset_m, offset_m, mass_kg, inertia});
+  }
+
+  /// A point of a member: one function of the local displacements for each, with the direction in which it
+  /// moves the point.
+  void add_mass_point(const Vector3d& position, double mass_kg,
+                      const std::vector<std::vector<Term>>& displacements,
+                      const std::vector<Vector3d>& functions) {
+    if (mass_kg == 0) return;
+    MassPoint& point = out_.mass_points.emplace_back(MassPoint{position, mass_kg, {}});
+    for (std::size_t i = 0; i < displacements.size(); ++i)
+      for (const Term& term : displacements[i]) {
+        const auto known =
+            std::find_if(point.motions.begin(), point.motions.end(),
+                         [&](const PointMotion& motion) { return motion.coordinate == term.coordinate; });
+        PointMotion& motion =
+            known != point.motions.end()
+                ? *known
+                : point.motions.emplace_back(PointMotion{term.coordinate, Vector3d::Zero()});
+        motion.displacement += term.factor * functions[i];
+      }
+  }
+
   static void scatter(MatrixXd& whole, const Eigen::Ref<const MatrixXd>& element,
                       const std::vector<std::vector<Term>>& displacements) {
     for (std::size_t i = 0; i < displacements.size(); ++i)
@@ -312,6 +252,9 @@ class Assembly {
       push_end(displacements, there, axes, there_first, is_last ? beam.released_at_to : DofFlags{});
       scatter(out_.stiffness, stiffness, displacements);
       scatter(out_.mass, mass, displacements);
+      for (const auto& [x, weight] : kGauss)
+        add_mass_point(here + x * (there - here), weight * beam.section.mass_per_length_kg_m * length_m,
+                       displacements, beam_functions(axes, length_m, x));
       here = there;
       here_first = there_first;
     }
@@ -332,6 +275,7 @@ class Assembly {
 
     const Eigen::Matrix2d shared = (Eigen::Matrix2d() << 2, 1, 1, 2).finished() / 6;
     const Eigen::Matrix2d stretched = (Eigen::Matrix2d() << 1, -1, -1, 1).finished();
+    const Matrix3d axes = local_axes(from, to, Vector3d::Zero());
     std::vector<Term> here = end(bar.from_node, along);
     for (int part = 1; part <= parts; ++part) {
       std::vector<Term> there = end(bar.to_node, along);
@@ -341,10 +285,17 @@ class Assembly {
                   1}};
       scatter(out_.stiffness, bar.axial_stiffness_N * parts / length_m * stretched, {here, there});
       scatter(out_.mass, bar.mass_per_length_kg_m * length_m / parts * shared, {here, there});
+      for (const auto& [x, weight] : kGauss) {
+        const double s = (part - 1 + x) / parts;  // along the whole bar
+        const Vector3d y = axes.row(1), z = axes.row(2);
+        add_mass_point(from + s * (to - from), weight * bar.mass_per_length_kg_m * length_m / parts,
+                       {here, there, end(bar.from_node, y), end(bar.to_node, y), end(bar.from_node, z),
+                        end(bar.to_node, z)},
+                       {(1 - x) * along, x * along, (1 - s) * y, s * y, (1 - s) * z, s * z});
+      }
       here = std::move(there);
     }
 
-    const Matrix3d axes = local_axes(from, to, Vector3d::Zero());
     for (Index across = 1; across < 3; ++across)
       scatter(out_.mass, bar.mass_per_length_kg_m * length_m * shared,
               {end(bar.from_node, axes.row(across)), end(bar.to_node, axes.row(across))});
@@ -364,38 +315,6 @@ std::size_t coordinate_count(const SpaceFrame& frame) {
   for (const FrameBeam& beam : frame.beams)
     coordinates += count(beam.released_at_from) + count(beam.released_at_to);
   return coordinates;
-}
-
-std::vector<FrameFault> validate(const SpaceFrame& frame) {
-  FaultList faults;
-  if (frame.nodes.empty()) faults.add("nodes", "a frame needs a node", "0", "1 or more");
-  for (std::size_t i = 0; i < frame.nodes.size(); ++i)
-    if (!frame.nodes[i].position_m.allFinite())
-      faults.add("nodes/" + std::to_string(i) + "/position_m", "not finite", text(frame.nodes[i].position_m),
-                 "finite numbers");
-  for (std::size_t i = 0; i < frame.beams.size(); ++i)
-    check_beam(faults, frame, frame.beams[i], "beams/" + std::to_string(i));
-  for (std::size_t i = 0; i < frame.bars.size(); ++i) {
-    const FrameBar& bar = frame.bars[i];
-    const std::string name = "bars/" + std::to_string(i);
-    has_ends(faults, frame, name, bar.from_node, bar.to_node);
-    faults.not_negative(name + "/mass_per_length_kg_m", bar.mass_per_length_kg_m);
-    faults.positive(name + "/axial_stiffness_N", bar.axial_stiffness_N);
-  }
-  for (std::size_t i = 0; i < frame.point_masses.size(); ++i)
-    check_point_mass(faults, frame, frame.point_masses[i], "point_masses/" + std::to_string(i));
-  if (frame.elements_per_member < 1 ||
-      static_cast<std::size_t>(frame.elements_per_member) > kMostFrameCoordinates) {
-    faults.add("elements_per_member", "out of range", std::to_string(frame.elements_per_member),
-               "1 to " + std::to_string(kMostFrameCoordinates));
-  } else if (coordinate_count(frame) > kMostFrameCoordinates) {
-    faults.add("elements_per_member", "the frame has too many coordinates",
-               std::to_string(coordinate_count(frame)), "at most " + std::to_string(kMostFrameCoordinates));
-  }
-  std::vector<FrameFault> found = faults.take();
-  if (found.empty() && !(total_mass(frame) > 0))
-    found.push_back({"point_masses", "nothing in the frame has mass", "0 kg", "more than 0 kg"});
-  return found;
 }
 
 std::vector<Index> AssembledFrame::moving(FrameBoundary boundary) const {

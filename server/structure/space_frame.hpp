@@ -1,6 +1,6 @@
-// A space frame of Euler-Bernoulli beams, bars and point masses: consistent mass and stiffness in three
-// dimensions (Przemieniecki 1968, chs. 5 and 11; no shear deformation, no rotary inertia of a section in
-// bending). It is what an elastic appendage's modes and its couplings to the hub come from.
+// A space frame of Euler-Bernoulli beams, bars, point masses and rigid plates: consistent mass and stiffness
+// in three dimensions (Przemieniecki 1968, chs. 5 and 11; no shear deformation, no rotary inertia of a
+// section in bending). It is what an elastic appendage's modes and its couplings to the hub come from.
 //
 // Frame of reference: the hub's, origin on its axis of rotation. A degree of freedom that is held is held to
 // the hub and moves rigidly with it.
@@ -55,11 +55,20 @@ struct PointMass {
   Eigen::Matrix3d inertia_kg_m2 = Eigen::Matrix3d::Zero();  ///< about the node, along the hub's axes
 };
 
+/// A homogeneous rigid cuboid that moves with a node, its edges along the hub's axes.
+struct RigidPlate {
+  std::size_t node = 0;
+  double mass_kg = 0;
+  Eigen::Vector3d sides_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();  ///< of its centre from the node
+};
+
 struct SpaceFrame {
   std::vector<FrameNode> nodes;
   std::vector<FrameBeam> beams;
   std::vector<FrameBar> bars;
   std::vector<PointMass> point_masses;
+  std::vector<RigidPlate> plates;
   /// Held at every node, those inside members included: {0, 0, 1, 1, 1, 0} leaves the x-y plane.
   DofFlags held_everywhere{};
   int elements_per_member = 1;
@@ -89,6 +98,29 @@ enum class FrameBoundary {
   kFree,     ///< only what is held everywhere is: a plane frame stays in its plane
 };
 
+/// How far a point moves for a unit of one coordinate.
+struct PointMotion {
+  Eigen::Index coordinate;
+  Eigen::Vector3d displacement;
+};
+
+/// A point of a member and its share of the mass by Gauss's rule: sums over all of them are the integrals
+/// over the members, exact up to the ninth degree along an element.
+struct MassPoint {
+  Eigen::Vector3d position_m;
+  double mass_kg;
+  std::vector<PointMotion> motions;
+};
+
+/// What is rigid at a node: a point mass, or a plate whose centre may stand off.
+struct RigidPart {
+  Eigen::Index first_coordinate;  ///< of the node's six
+  Eigen::Vector3d centre_m;
+  Eigen::Vector3d offset_m;  ///< of the centre from the node
+  double mass_kg;
+  Eigen::Matrix3d inertia_kg_m2;  ///< about the centre
+};
+
 /// Matrices over all coordinates, held ones included: first six for each node in its order, then those of the
 /// nodes inside members and of released ends.
 struct AssembledFrame {
@@ -97,6 +129,9 @@ struct AssembledFrame {
   /// Displacement of every coordinate for unit translations along, and unit rotations about, the hub's axes.
   Eigen::Matrix<double, Eigen::Dynamic, 6> rigid_motion;
   std::vector<bool> held_by_node, held_everywhere;
+  /// Where the mass is, for what needs more of it than `mass`; without the members' own polar inertia.
+  std::vector<MassPoint> mass_points;
+  std::vector<RigidPart> rigid_parts;
 
   /// The coordinates that move, ascending.
   std::vector<Eigen::Index> moving(FrameBoundary boundary) const;

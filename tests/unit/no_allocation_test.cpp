@@ -13,6 +13,7 @@
 #include "server/sensor/attitude_sensor.hpp"
 #include "tests/unit/attitude_cases.hpp"
 #include "tests/unit/linear_cases.hpp"
+#include "tests/unit/structure_cases.hpp"
 
 namespace {
 std::atomic<bool> counting{false};
@@ -207,6 +208,14 @@ TEST(NoAllocation, InAStepOfThreeAxesWithMountedThrusters) {
       spec.sample_period_s = period_s;
       EXPECT_EQ(allocations_of(*make_attitude_run(spec)), 0);
     }
+}
+
+TEST(NoAllocation, InAStepOfAStructure) {
+  StructureSpecification spec = test::scole_slew(test::ScoleCase::a);
+  EXPECT_EQ(allocations_of(*make_structure_run(spec)), 0);
+  spec.control.reset();
+  spec.process_noise = HeldNoise{1e-3, 0.05};
+  EXPECT_EQ(allocations_of(*make_structure_run(spec)), 0);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "server/experiment/limits.hpp"
+#include "server/propagation/gain_schedule.hpp"
 #include "server/simulation/run.hpp"
 
 namespace slew {
@@ -159,6 +160,7 @@ TEST(Schema, LimitsAreTheOnesTheCodeUses) {
   const json& stated = schema_document("limits").at("properties");
   EXPECT_EQ(stated.at("reported_events").at("const"), kReportedEvents);
   EXPECT_EQ(stated.at("max_request_bytes").at("const"), limits().max_request_bytes);
+  EXPECT_EQ(stated.at("max_filter_work").at("const"), kMostFilterWork);
   EXPECT_EQ(limits().max_rate, 1000);
 }
 
