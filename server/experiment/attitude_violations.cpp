@@ -141,7 +141,7 @@ void check_inertia(const SoundFields& fields, const std::string& pointer, bool i
   // Where a number is wrong the schema has said so.
   for (std::size_t i = 0; i < 3; ++i) {
     const std::string row = pointer + '/' + std::to_string(i);
-    if (!fields.has(row)) return;
+    if (rows == 0 ? !fields.number(row) : !fields.has(row)) return;
     for (std::size_t j = 0; rows == 3 && j < 3; ++j)
       if (!fields.number(row + '/' + std::to_string(j))) return;
   }
