@@ -98,14 +98,14 @@ EigenaxisManeuver eigenaxis_maneuver(const ManeuverBody& body, const Eigenaxis& 
 
   // dw/dangle = a/w while accelerating and, from the end backwards, the same with the braking controls: the
   // rates meet where the energy of both is the same. With e = w^2/2, de/dangle = a(e).
-  const Eigen::VectorXd hold = solver.solve(l.cross(momentum_per_rate));  // for 1 rad/s, squared
+  maneuver.hold = solver.solve(l.cross(momentum_per_rate));
   constexpr int kSteps = 4000;
   const double step = eigenaxis.angle_rad / kSteps;
   std::vector<double> up(kSteps + 1, 0.0), down(kSteps + 1, 0.0);
   const auto climb = [&](std::vector<double>& energy, double sign) {
     for (int k = 0; k < kSteps; ++k) {
       const auto at = [&](double e) {
-        return std::max(0.0, largest_within(plant, maneuver.effort_s2, 2 * e * hold, sign));
+        return std::max(0.0, largest_within(plant, maneuver.effort_s2, 2 * e * maneuver.hold, sign));
       };
       const double first = at(energy[k]);
       energy[k + 1] = energy[k] + step * at(energy[k] + 0.5 * step * first);
@@ -114,10 +114,14 @@ EigenaxisManeuver eigenaxis_maneuver(const ManeuverBody& body, const Eigenaxis& 
   climb(up, 1);
   climb(down, -1);
   // dt = 2 dangle / (w_k + w_k+1), exact for a constant acceleration.
+  maneuver.times_s = {0};
+  maneuver.rates_rad_s = {0};
   for (int k = 0; k < kSteps; ++k) {
     const double w0 = std::sqrt(2 * std::min(up[k], down[kSteps - k]));
     const double w1 = std::sqrt(2 * std::min(up[k + 1], down[kSteps - k - 1]));
     maneuver.time_s += w0 + w1 > 0 ? 2 * step / (w0 + w1) : kInfinity;
+    maneuver.times_s.push_back(maneuver.time_s);
+    maneuver.rates_rad_s.push_back(w1);
   }
   if (eigenaxis.angle_rad == 0) maneuver.time_s = 0;
   return maneuver;

@@ -2,6 +2,8 @@
 // Carter 1993, Eq. 6), and bounds on time and consumption.
 #pragma once
 
+#include <vector>
+
 #include "server/guidance/variational_body.hpp"
 
 namespace slew {
@@ -25,6 +27,8 @@ struct EigenaxisManeuver {
   double time_s = 0;
   /// All controls together could give this about the axis, rad/s^2, if they need not hold it.
   double boldest_rad_s2 = 0;
+  std::vector<double> times_s, rates_rad_s;  ///< at equal steps of the angle
+  Eigen::VectorXd hold;                      ///< the controls that hold the axis, for 1 rad/s
 };
 EigenaxisManeuver eigenaxis_maneuver(const ManeuverBody& body, const Eigenaxis& eigenaxis);
 

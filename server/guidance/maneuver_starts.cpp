@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/guidance/on_off_search.hpp"
+
 namespace slew {
 
 namespace {
@@ -204,6 +206,44 @@ OnOffProgram ManeuverStarts::coasting(std::uint64_t k) const {
     }
   }
   return program;
+}
+
+bool ManeuverStarts::turns_about_the_eigenaxis() const {
+  return body_->plant.is_free() && problem_->initial.rate_rad_s.isZero() &&
+         problem_->final.rate_rad_s.isZero() && !problem_->most_consumption && !problem_->most_rate_rad_s &&
+         eigenaxis_.eigenaxis.angle_rad > 0 && std::isfinite(eigenaxis_.time_s);
+}
+
+OnOffProgram ManeuverStarts::about_the_eigenaxis(int slots) const {
+  OnOffProgram program;
+  const auto n = static_cast<std::size_t>(body_->plant.controls());
+  program.end_s = eigenaxis_.time_s;
+  program.controls.assign(n, {});
+  program.switch_times_s.resize(n);
+  for (std::size_t i = 0; i < n; ++i) program.controls[i].push_back(value(i, -1));
+  const std::vector<double>&times = eigenaxis_.times_s, &rates = eigenaxis_.rates_rad_s;
+  const double slot_s = program.end_s / slots;
+  const auto rate_at = [&](double t) {
+    const auto after = static_cast<std::size_t>(
+        std::clamp<std::ptrdiff_t>(std::upper_bound(times.begin(), times.end(), t) - times.begin(), 1,
+                                   static_cast<std::ptrdiff_t>(times.size()) - 1));
+    const double part = (t - times[after - 1]) / std::max(times[after] - times[after - 1], 1e-300);
+    return rates[after - 1] + std::clamp(part, 0.0, 1.0) * (rates[after] - rates[after - 1]);
+  };
+  for (int k = 0; k < slots; ++k) {
+    const double from = k * slot_s, w0 = rate_at(from), w1 = rate_at(from + slot_s);
+    const double square = (w0 * w0 + w0 * w1 + w1 * w1) / 3;
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      const double mean = eigenaxis_.effort_s2[row] * (w1 - w0) / slot_s + eigenaxis_.hold[row] * square;
+      const double duty = std::clamp((mean - value(i, -1)) / (value(i, 1) - value(i, -1)), 0.0, 1.0);
+      // The pulse in the middle of its slot: the displacement is the mean's, too.
+      program.controls[i].insert(program.controls[i].end(), {value(i, 1), value(i, -1)});
+      program.switch_times_s[i].insert(program.switch_times_s[i].end(),
+                                       {from + 0.5 * (1 - duty) * slot_s, from + 0.5 * (1 + duty) * slot_s});
+    }
+  }
+  return without_short_segments(program, 1e-4 * program.end_s);
 }
 
 OnOffProgram ManeuverStarts::start_of(const std::vector<SwitchSequence>& sequences, std::uint64_t k) const {

@@ -20,6 +20,10 @@ class ManeuverStarts {
   /// Of given sequences.
   OnOffProgram start_of(const std::vector<SwitchSequence>& sequences, std::uint64_t k) const;
 
+  /// The eigenaxis maneuver, which always arrives: the controls' means over `slots` equal parts of its time.
+  bool turns_about_the_eigenaxis() const;
+  OnOffProgram about_the_eigenaxis(int slots) const;
+
   const EigenaxisManeuver& eigenaxis() const { return eigenaxis_; }
 
  private:

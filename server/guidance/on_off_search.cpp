@@ -12,9 +12,21 @@ namespace {
 constexpr double kVanished = 1e-6;
 // Of the terminal error in units of t_ref.
 constexpr double kMet = 1e-7;
-// Of the maneuver's time: a saving worth a segment. Where a control is singular (Kumar & Seywald 1991) no
-// number of segments is enough.
-constexpr double kWorthASegment = 1e-6;
+// Of the maneuver's time: what must be left to be saved for another round of segments, while many starts are
+// compared and of what was found at last. Where a control is singular (Kumar & Seywald 1991) no number of
+// segments is enough.
+constexpr double kWorthARound = 1e-4;
+constexpr double kWorthRefining = 3e-6;
+constexpr std::size_t kMostSwitches = 240;
+// Newton's method flies once for each switch in every step, and with more of them it gains nothing.
+constexpr std::size_t kMostForNewton = 60;
+
+// Newton's method may end at another root, which is longer.
+const OnOffSolution& sound(const OnOffSolution& polished, const OnOffSolution& before) {
+  const bool is_sound = polished.violation <= std::max(before.violation, 1e-9) &&
+                        polished.maneuver.end_s < before.maneuver.end_s * (1 + 1e-6);
+  return is_sound ? polished : before;
+}
 
 }  // namespace
 
@@ -174,36 +186,67 @@ OnOffSolution OnOffSearch::judge(const OnOffProgram& maneuver, int steps) {
   return solution;
 }
 
-std::optional<OnOffSolution> OnOffSearch::descend(OnOffProgram start, double worth_s) {
-  constexpr int kMostRounds = 10;
-  std::optional<OnOffSolution> best;
-  double part = 0.5;  // of an interval in which the sign is wrong
-  for (int round = 0; round < kMostRounds && may_go_on(); ++round) {
+std::optional<OnOffSolution> OnOffSearch::descend(const OnOffProgram& start, double worth_s) {
+  auto maneuver = optimize(start, 1e-8);
+  if (!maneuver) return std::nullopt;
+  *maneuver = without_short_segments(*maneuver, kVanished * maneuver->end_s);
+  OnOffSolution solution = judge(*maneuver, 80);
+  if (maneuver->end_s > worth_s) return solution;
+  return filled(std::move(solution), kWorthARound, 10, false);
+}
+
+// The worst of each control; or all of them, the worst first, while there is room.
+OnOffProgram OnOffSearch::with_segments(const OnOffSolution& solution, double part, bool is_everywhere) {
+  std::vector<SignViolation> violations = solution.signs.violations;
+  std::stable_sort(violations.begin(), violations.end(),
+                   [](const SignViolation& a, const SignViolation& b) { return a.saving_s > b.saving_s; });
+  OnOffProgram filled = solution.maneuver;
+  std::vector<bool> has_one(filled.controls.size(), false);
+  for (const SignViolation& violation : violations) {
+    if (filled.switches() + 2 > kMostSwitches) break;
+    if (violation.saving_s < 0.05 * violations.front().saving_s) break;
+    if (!is_everywhere && has_one[violation.control]) continue;
+    has_one[violation.control] = true;
+    const double half = 0.5 * part * (violation.to_s - violation.from_s);
+    const double from = std::max(violation.from_s, violation.peak_s - half);
+    insert_segment(filled, violation.control, violation.value, from,
+                   std::min(violation.to_s, from + 2 * half));
+  }
+  return filled;
+}
+
+// Wherever signs are wrong at once: along a singular arc each round makes three segments of one, and a ninth
+// is left to be saved.
+OnOffSolution OnOffSearch::refine(const OnOffSolution& solution) {
+  return polish(filled(polish(solution), kWorthRefining, 12, true));
+}
+
+OnOffSolution OnOffSearch::filled(OnOffSolution best, double worth, int most_rounds, bool is_thorough) {
+  constexpr double kHalf = 0.5;
+  double part = kHalf;  // of an interval in which the sign is wrong
+  for (int round = 0; round < most_rounds && !best.is_rate_active && may_go_on(); ++round) {
+    if (best.signs.saving_s < worth * best.maneuver.end_s) break;
+    const OnOffProgram start = with_segments(best, part, is_thorough && part == kHalf);
+    if (start.switches() == best.maneuver.switches()) break;
     auto maneuver = optimize(start, 1e-8);
     if (maneuver) *maneuver = without_short_segments(*maneuver, kVanished * maneuver->end_s);
-    const bool is_better = maneuver && (!best || maneuver->end_s < best->maneuver.end_s * (1 - 1e-9));
-    if (!is_better) {
-      if (!best || part < 0.05) break;
-      part *= 0.3;  // a smaller change of what was best
+    bool is_better = false;
+    if (maneuver && maneuver->end_s < best.maneuver.end_s * (1 - 1e-9)) {
+      OnOffSolution found = judge(*maneuver, 80);
+      if (is_thorough) {
+        const OnOffSolution newton = polished(found);
+        found = sound(newton, found);
+      }
+      // Many segments that vanished at once leave an error behind.
+      is_better = found.violation <= std::max(kMet, best.violation);
+      if (is_better) best = found;
+    }
+    if (is_better) {
+      part = kHalf;
     } else {
-      best = judge(*maneuver, 80);
-      if (round == 0 && maneuver->end_s > worth_s) break;
-      part = 0.5;
+      if (part < 0.05) break;
+      part *= 0.3;  // a smaller change of what was best
     }
-    start = best->maneuver;
-    bool has_changed = false;
-    if (best->is_rate_active) break;
-    for (std::size_t i = 0; i < start.controls.size(); ++i) {
-      const SignViolation* worst = nullptr;
-      for (const SignViolation& violation : best->signs.violations)
-        if (violation.control == i && (!worst || violation.saving_s > worst->saving_s)) worst = &violation;
-      if (!worst || worst->saving_s < kWorthASegment * start.end_s) continue;
-      const double half = 0.5 * part * (worst->to_s - worst->from_s);
-      const double from = std::max(worst->from_s, worst->peak_s - half);
-      insert_segment(start, i, worst->value, from, std::min(worst->to_s, from + 2 * half));
-      has_changed = true;
-    }
-    if (!has_changed) break;
   }
   return best;
 }
@@ -231,6 +274,7 @@ std::optional<OnOffSolution> OnOffSearch::settle_beside(const OnOffProgram& star
 // switch times are optimized once more.
 OnOffSolution OnOffSearch::polish(const OnOffSolution& solution) {
   constexpr double kConditionsMet = 1e-8;
+  if (solution.maneuver.switches() > kMostForNewton) return solution;
   OnOffSolution best = polished(solution);
   for (const double shortest : {1e-4, 1e-3}) {
     if (best.residual < kConditionsMet || best.is_rate_active) break;
@@ -241,14 +285,15 @@ OnOffSolution OnOffSearch::polish(const OnOffSolution& solution) {
     const OnOffSolution other = polished(judge(*optimized, 80));
     if (other.violation <= std::max(best.violation, 1e-9) && other.residual < best.residual) best = other;
   }
-  return best;
+  return sound(best, solution);
 }
 
 OnOffSolution OnOffSearch::polished(const OnOffSolution& solution) {
   const SwitchTimeProgram program(*problem_, *body_, solution.maneuver);
   const Eigen::Index n = program.switches() + 1;
   const Eigen::Index conditions = solution.is_consumption_active ? 7 : 6;
-  if (solution.is_rate_active || n < conditions) return solution;
+  if (solution.is_rate_active || n < conditions || solution.maneuver.switches() > kMostForNewton)
+    return solution;
   const double scale = program.reference_s();
   const double limit = problem_->most_consumption.value_or(0);
 

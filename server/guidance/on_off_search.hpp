@@ -24,7 +24,9 @@ class OnOffSearch {
 
   /// The best that is found going down from there; nothing where no maneuver that meets the conditions is.
   /// Gives up early when it would not come below `worth_s`.
-  std::optional<OnOffSolution> descend(OnOffProgram start, double worth_s);
+  std::optional<OnOffSolution> descend(const OnOffProgram& start, double worth_s);
+  /// Segments are put in until next to nothing is left to be saved; never slower than the solution.
+  OnOffSolution refine(const OnOffSolution& solution);
   /// Of these sequences only: nothing where a segment vanishes.
   std::optional<OnOffSolution> settle(const OnOffProgram& start);
   /// Likewise, by Newton's method alone: also where the extremal beside the start is no minimum, as the
@@ -41,6 +43,8 @@ class OnOffSearch {
   std::optional<OnOffProgram> optimize(const OnOffProgram& start, double tolerance);
   bool restore(const SwitchTimeProgram& program, Eigen::VectorXd& variables);
   Eigen::VectorXd finished(const SwitchTimeProgram& program, Eigen::VectorXd variables);
+  static OnOffProgram with_segments(const OnOffSolution& solution, double part, bool is_everywhere);
+  OnOffSolution filled(OnOffSolution best, double worth, int most_rounds, bool is_thorough);
   OnOffSolution polished(const OnOffSolution& solution);
   OnOffSolution judge(const OnOffProgram& maneuver, int steps);
   bool may_go_on();

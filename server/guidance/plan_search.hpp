@@ -27,8 +27,9 @@ class SearchBudget {
   SearchEnd end() const { return end_; }
   int evaluations() const { return evaluations_; }
 
-  /// Counts an optimum. True where it is the shortest so far.
-  bool met(SearchLog& log, double time_s, std::vector<int> switches, bool is_extremal);
+  /// Counts an optimum, of which up to `slack_s` may be left to be saved. True where it is the shortest so
+  /// far.
+  bool met(SearchLog& log, double time_s, double slack_s, std::vector<int> switches, bool is_extremal);
   void report(const SearchLog& log) const;
   /// Whether the shortest was met so often that more starts are not worth their time.
   bool is_content(const SearchLog& log) const;

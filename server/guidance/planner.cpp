@@ -67,10 +67,11 @@ bool is_there_already(const ManeuverProblem& problem) {
 
 }  // namespace
 
-bool SearchBudget::met(SearchLog& log, double time_s, std::vector<int> switches, bool is_extremal) {
+bool SearchBudget::met(SearchLog& log, double time_s, double slack_s, std::vector<int> switches,
+                       bool is_extremal) {
   const bool is_shortest = log.optima.empty() || time_s < log.optima.front().time_s;
   const auto same = std::find_if(log.optima.begin(), log.optima.end(), [&](const FoundOptimum& optimum) {
-    return std::abs(optimum.time_s - time_s) <= kSameTime * time_s;
+    return std::abs(optimum.time_s - time_s) <= kSameTime * time_s + slack_s;
   });
   if (same != log.optima.end()) {
     ++same->hits;

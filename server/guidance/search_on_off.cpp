@@ -14,22 +14,31 @@ namespace {
 constexpr double kSignsRight = 1e-4;
 constexpr double kConditionsMet = 1e-5;
 
+// Of the maneuver's time: optima that differ by less, and by no more than each of them may still save, are
+// one.
+constexpr double kMostSlack = 1e-4;
+
 std::vector<int> switch_counts(const OnOffProgram& program) {
   std::vector<int> counts;
   for (const auto& times : program.switch_times_s) counts.push_back(static_cast<int>(times.size()));
   return counts;
 }
 
-bool is_extremal(const OnOffSolution& solution) {
-  return !solution.is_rate_active && solution.residual < kConditionsMet && solution.signs.worst < kSignsRight;
+// Of the maneuver's time: what may be saved by more segments is not worth them.
+constexpr double kNothingToSave = 5e-6;
+
+bool saves_next_to_nothing(const OnOffSolution& solution) {
+  return !solution.is_rate_active && solution.signs.saving_s < kNothingToSave * solution.maneuver.end_s;
 }
 
-// Of the maneuver's time: what may be saved by more segments is not worth them.
-constexpr double kNothingToSave = 2e-5;
+bool is_extremal(const OnOffSolution& solution) {
+  return saves_next_to_nothing(solution) && solution.residual < kConditionsMet &&
+         solution.signs.worst < kSignsRight;
+}
 
+// Costates that fit less well say less of the signs.
 bool is_nearly_extremal(const OnOffSolution& solution) {
-  return !solution.is_rate_active && solution.residual < 1e-2 &&
-         solution.signs.saving_s < kNothingToSave * solution.maneuver.end_s;
+  return saves_next_to_nothing(solution) && solution.residual < 1e-3;
 }
 
 OnOffProgram given_start(const ManeuverProblem& problem, const ManeuverStarts& starts) {
@@ -72,14 +81,9 @@ bool search_on_off(const ManeuverProblem& problem, const ManeuverBody& body, con
       ++plan.log.failed_starts;
       return;
     }
-    if (!best || found->maneuver.end_s < best->maneuver.end_s * (1 - 1e-7)) {
-      const OnOffSolution polished = search.polish(*found);
-      if (polished.violation <= std::max(found->violation, 1e-9) &&
-          polished.maneuver.end_s < found->maneuver.end_s * (1 + 1e-6))
-        found = polished;
-      best = found;
-    }
-    budget.met(plan.log, found->maneuver.end_s, switch_counts(found->maneuver), is_extremal(*found));
+    const double slack_s = is_fixed ? 0 : std::min(found->signs.saving_s, kMostSlack * found->maneuver.end_s);
+    if (!best || found->maneuver.end_s < best->maneuver.end_s * (1 - 1e-7)) best = search.polish(*found);
+    budget.met(plan.log, found->maneuver.end_s, slack_s, switch_counts(found->maneuver), is_extremal(*found));
     budget.report(plan.log);
   };
   // A plan that was found before, under limits that were not as tight.
@@ -101,7 +105,7 @@ bool search_on_off(const ManeuverProblem& problem, const ManeuverBody& body, con
       auto settled = search.settle(chosen);
       take(settled ? std::move(settled) : search.settle_beside(chosen));
     }
-    // A start that is not the optimum of its own kind is none to be content with.
+    // Where signs are still wrong the starts may not have been good ones: as many again.
     if (best && k + 1 >= options.least_starts && budget.is_content(plan.log) &&
         (is_fixed || best->is_rate_active || is_nearly_extremal(*best) || k + 1 >= 2 * options.least_starts))
       break;
@@ -113,6 +117,19 @@ bool search_on_off(const ManeuverProblem& problem, const ManeuverBody& body, con
       auto found = search.descend(changed(best->maneuver, body.plant, random, k), 0);
       if (found && found->maneuver.end_s < best->maneuver.end_s * (1 - 1e-7)) take(std::move(found));
     }
+  }
+  // No slower than turning about the eigenaxis, whatever the starts came to.
+  const double eigenaxis_s = starts.eigenaxis().time_s;
+  for (int slots = 8; slots <= 32 && !is_fixed && starts.turns_about_the_eigenaxis() && !budget.is_spent() &&
+                      !(best && best->maneuver.end_s < eigenaxis_s);
+       slots *= 2)
+    take(search.descend(starts.about_the_eigenaxis(slots), std::numeric_limits<double>::infinity()));
+  if (best && !is_fixed && !budget.is_spent()) {
+    const OnOffSolution refined = search.refine(*best);
+    if (refined.violation <= std::max(best->violation, 1e-7)) best = refined;
+    if (!plan.log.optima.empty())
+      budget.met(plan.log, best->maneuver.end_s, kMostSlack * best->maneuver.end_s,
+                 switch_counts(best->maneuver), is_extremal(*best));
   }
   plan.log.programs_solved = search.programs_solved();
   if (!best) return false;

@@ -220,7 +220,7 @@ bool search_profile(const ManeuverProblem& problem, const ManeuverBody& body, co
         optimality(program.nonlinear(), result.at, problem.most_consumption.has_value());
     const bool is_extremal = conditions.residual < 1e-4 && conditions.has_right_signs;
     const double time = program.time_s(result.at);
-    if (budget.met(plan.log, time, plan.layout.switches, is_extremal)) {
+    if (budget.met(plan.log, time, 0, plan.layout.switches, is_extremal)) {
       has_best = true;
       is_best_informed = next < informed.size();
       plan.time_s = time;
