@@ -72,6 +72,7 @@ Intake::~Intake() {
   stopping_ = true;
   waitset_.wake();
   thread_.join();
+  journal_.flush();  // acceptances under way come back here
 }
 
 void Intake::serve() {

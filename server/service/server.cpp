@@ -151,7 +151,6 @@ Server::~Server() {
   intake_.reset();
   timetable_.reset();
   queries_.reset();
-  journal_->flush();  // acceptances on their way to a lane
   planning_.reset();
   publisher_->close();
   paced_.reset();
