@@ -222,11 +222,10 @@ OnOffSolution OnOffSearch::refine(const OnOffSolution& solution) {
 }
 
 OnOffSolution OnOffSearch::filled(OnOffSolution best, double worth, int most_rounds, bool is_thorough) {
-  constexpr double kHalf = 0.5;
-  double part = kHalf;  // of an interval in which the sign is wrong
+  double part = 0.5;  // of an interval in which the sign is wrong
   for (int round = 0; round < most_rounds && !best.is_rate_active && may_go_on(); ++round) {
     if (best.signs.saving_s < worth * best.maneuver.end_s) break;
-    const OnOffProgram start = with_segments(best, part, is_thorough && part == kHalf);
+    const OnOffProgram start = with_segments(best, part, is_thorough);
     if (start.switches() == best.maneuver.switches()) break;
     auto maneuver = optimize(start, 1e-8);
     if (maneuver) *maneuver = without_short_segments(*maneuver, kVanished * maneuver->end_s);
@@ -242,7 +241,7 @@ OnOffSolution OnOffSearch::filled(OnOffSolution best, double worth, int most_rou
       if (is_better) best = found;
     }
     if (is_better) {
-      part = kHalf;
+      part = 0.5;
     } else {
       if (part < 0.05) break;
       part *= 0.3;  // a smaller change of what was best

@@ -105,9 +105,11 @@ bool search_on_off(const ManeuverProblem& problem, const ManeuverBody& body, con
       auto settled = search.settle(chosen);
       take(settled ? std::move(settled) : search.settle_beside(chosen));
     }
-    // Where signs are still wrong the starts may not have been good ones: as many again.
+    // Where most starts did not arrive, three that agree say little: as many again.
+    const int arrived = k + 1 - plan.log.failed_starts;
     if (best && k + 1 >= options.least_starts && budget.is_content(plan.log) &&
-        (is_fixed || best->is_rate_active || is_nearly_extremal(*best) || k + 1 >= 2 * options.least_starts))
+        (is_fixed || best->is_rate_active || 2 * arrived >= options.least_starts ||
+         k + 1 >= 2 * options.least_starts))
       break;
   }
   // Where a rate is on its limit the signs do not tell where a segment would help: neighbours are tried.
