@@ -73,7 +73,7 @@ TEST(RandomManeuvers, NoneIsSlowerThanTheEigenaxis) {
               kProblems, 100 * gains[kProblems / 2]);
   RecordProperty("extremal", std::to_string(extremal));
   RecordProperty("median_gain_percent", std::to_string(100 * gains[kProblems / 2]));
-  EXPECT_GE(extremal + nearly, kProblems * 90 / 100);
+  EXPECT_GE(extremal + nearly, kProblems * 95 / 100);
 }
 
 }  // namespace
