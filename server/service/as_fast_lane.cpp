@@ -30,8 +30,13 @@ AsFastLane::AsFastLane(std::size_t workers, NextStage& next, BlackBox& black_box
 }
 
 AsFastLane::~AsFastLane() {
+  close();
+}
+
+void AsFastLane::close() {
   stop();
   for (auto& worker : workers_) worker.join();
+  workers_.clear();
 }
 
 void AsFastLane::stop() {

@@ -32,6 +32,8 @@ class AsFastLane {
   void recheck();
   /// No slice is begun any more.
   void stop();
+  /// Likewise, and waits for those under way. What is handed in later stays where it is.
+  void close();
   /// Slices that have not come to their end.
   std::size_t in_slice() const;
 

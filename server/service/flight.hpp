@@ -161,8 +161,8 @@ class Flight {
   std::unique_ptr<SampleStore> store_;
   std::optional<Verification> verification_;
 
-  std::atomic<wire::Phase> phase_{slew_v1_ACCEPTED};
-  wire::Phase ending_ = slew_v1_COMPLETED;  ///< the lane's own
+  std::atomic<wire::Phase> phase_{slew_v1_RECEIVED};  // until the journal has it
+  wire::Phase ending_ = slew_v1_COMPLETED;            ///< the lane's own
   std::atomic<double> t_sim_s_{0};
   std::atomic<double> rate_{0};
   std::atomic<double> planning_progress_{0};

@@ -211,7 +211,7 @@ void Intake::on_control(const slew_v1_Control& control) {
     return;
   }
   const auto flight = registry_.by_experiment(experiment_id);
-  if (!flight) {
+  if (!flight || flight->phase() == slew_v1_RECEIVED) {
     const bool is_known = known_.by_prefix(experiment_id.hex()).matches == 1;
     replies_.write_control(request_id, experiment_id, slew_v1_REJECTED,
                            is_known ? Saying{"not_possible", "the experiment has ended"}

@@ -60,7 +60,8 @@ std::vector<FlightPointer> Registry::page(std::optional<wire::Phase> phase, std:
   std::vector<FlightPointer> found;
   total = 0;
   for (auto place = by_experiment_.rbegin(); place != by_experiment_.rend(); ++place) {
-    if (phase && place->second->phase() != *phase) continue;
+    const wire::Phase now = place->second->phase();
+    if (phase ? now != *phase : now == slew_v1_RECEIVED) continue;
     if (total++ >= offset && found.size() < limit) found.push_back(place->second);
   }
   return found;
@@ -70,7 +71,8 @@ std::vector<FlightPointer> Registry::alive() const {
   const std::lock_guard lock(mutex_);
   std::vector<FlightPointer> found;
   for (const auto& [id, flight] : by_experiment_)
-    if (!wire::is_terminal(flight->phase())) found.push_back(flight);
+    if (const wire::Phase phase = flight->phase(); phase != slew_v1_RECEIVED && !wire::is_terminal(phase))
+      found.push_back(flight);
   return found;
 }
 

@@ -29,10 +29,10 @@ class Registry {
   /// All whose experiment's or request's id begins with these digits.
   std::vector<FlightPointer> by_prefix(const std::string& digits) const;
 
-  /// Newest first; `phase` limits it to one.
+  /// Newest first; `phase` limits it to one. What is not accepted yet is left out.
   std::vector<FlightPointer> page(std::optional<wire::Phase> phase, std::size_t limit, std::size_t offset,
                                   std::size_t& total) const;
-  /// Everything that has not ended.
+  /// Everything that was accepted and has not ended.
   std::vector<FlightPointer> alive() const;
   std::size_t alive_count() const;
 

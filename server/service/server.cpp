@@ -154,9 +154,10 @@ Server::~Server() {
   planning_.reset();
   publisher_->close();
   paced_.reset();
-  as_fast_.reset();
+  as_fast_->close();
   publisher_->flush();
-  finisher_.reset();
+  finisher_.reset();  // whose last results still ask the lane whether more may start
+  as_fast_.reset();
   publisher_.reset();
   journal_.reset();
 }

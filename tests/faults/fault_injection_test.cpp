@@ -70,6 +70,48 @@ TEST_P(Disk, ThatRefusesIsToldAndNothingAcceptedIsLost) {
   EXPECT_EQ(server.stop(), 0);
 }
 
+// A client that hears nothing asks again after a second: the promise is not given before it can be kept.
+TEST(FaultInjection, ARequestThatIsRepeatedIsNotAcceptedBeforeItIsOnTheDisk) {
+  FaultyServer faulty;
+  ServerUnderTest& server = faulty.server;
+  server.start();
+  const auto session = server.session();
+  faulty.faults.arm(Fault::slow_disk);
+  const auto said = session->submit(json{{"preset", kPreset}, {"timing", {{"start", "held"}}}}.dump(),
+                                    wire::Id::make(), std::chrono::seconds(30));
+  ASSERT_TRUE(said);
+  EXPECT_EQ(said->phase, slew_v1_ACCEPTED) << said->json;
+  EXPECT_GT(faulty.faults.injected(), 0);
+  faulty.faults.disarm();
+  // What is shown is what the journal holds.
+  const auto shown =
+      session->query("show", json{{"id", said->experiment_id.hex()}}.dump(), std::chrono::seconds(10));
+  ASSERT_TRUE(shown);
+  EXPECT_TRUE(shown->is_ok()) << shown->json;
+}
+
+TEST(FaultInjection, ADiskThatIsSlowerThanTheDrainIsToldByTheExitCodeAndLosesNothing) {
+  FaultyServer faulty({"--drain", "0.2"});
+  ServerUnderTest& server = faulty.server;
+  server.start();
+  std::vector<std::string> ids;
+  for (int i = 0; i < 8; ++i)
+    ids.push_back(
+        server.document({"submit", "--preset", kPreset, "--set", "timing.start=held"}).at("experiment_id"));
+  faulty.faults.arm(Fault::slow_disk);
+  for (const std::string& id : ids) EXPECT_EQ(server.ctl({"resume", id}).exit_code, 0);
+  server.process().signal(SIGTERM);
+  // Results go on being committed while everything else is taken apart.
+  EXPECT_EQ(server.process().wait(std::chrono::seconds(120)), 1) << server.log();
+  EXPECT_GT(faulty.faults.injected(), 2);
+  faulty.faults.disarm();
+  server.start();
+  for (const std::string& id : ids) {
+    if (server.document({"show", id}).at("phase") == "held") server.ctl({"resume", id});
+    EXPECT_EQ(phase_at_the_end(server, id), "completed");
+  }
+}
+
 TEST_P(Disk, ThatRefusesAtTheStartIsToldByTheExitCodeAndASentence) {
   FaultyServer faulty;
   ServerUnderTest& server = faulty.server;

@@ -12,6 +12,7 @@ enum class Fault : std::int32_t {
   disk_full,  ///< nothing more can be written
   disk_read_only,
   io_error_once,  ///< at the n-th call
+  slow_disk,      ///< it takes three seconds until something is on the disk
   no_memory,      ///< the n-th large piece asked for by a worker is not there
   hang,           ///< whoever flies does not come back
 };

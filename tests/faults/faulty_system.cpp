@@ -126,6 +126,16 @@ auto on_file(int fd, bool writes, bool needs_room, Call&& call) -> decltype(call
   return call();
 }
 
+// Three seconds pass before it is on the disk.
+template <typename Call>
+int synced(int fd, Call&& call) {
+  if (watched(fd) && plan->fault == Fault::slow_disk) {
+    ++plan->injected;
+    usleep(3000000);
+  }
+  return on_file(fd, false, false, call);
+}
+
 template <typename Call>
 int on_path(const char* path, bool needs_room, Call&& call) {
   if (is_below(path))
@@ -184,11 +194,11 @@ ssize_t pread64(int fd, void* bytes, size_t count, off64_t at) {
 }
 int fsync(int fd) {
   REAL(fsync);
-  return on_file(fd, false, false, [&] { return next(fd); });
+  return synced(fd, [&] { return next(fd); });
 }
 int fdatasync(int fd) {
   REAL(fdatasync);
-  return on_file(fd, false, false, [&] { return next(fd); });
+  return synced(fd, [&] { return next(fd); });
 }
 int ftruncate(int fd, off_t length) noexcept {
   REAL(ftruncate);

@@ -24,6 +24,7 @@ using nlohmann::json;
 constexpr std::uint64_t kSeeds[] = {1, 2, 3};
 constexpr std::size_t kMostAlive = 12;
 constexpr auto kPatience = std::chrono::seconds(30);
+constexpr auto kShortening = std::chrono::minutes(3);
 
 enum class Act {
   submit,
@@ -127,6 +128,13 @@ class Play {
     }
   }
 
+  std::string end_of_log() const {
+    constexpr std::size_t kMost = 4000;
+    const std::string log = server_.log();
+    return "controls:\n" + controls_.substr(controls_.size() - std::min(controls_.size(), kMost)) +
+           "the end of the server's log:\n" + log.substr(log.size() - std::min(log.size(), kMost));
+  }
+
   /// Everything is where the model has it.
   void compare_all() {
     for (const auto& [id, one] : experiments_) await(id, one);
@@ -195,7 +203,11 @@ class Play {
   void control(const wire::Id& id, const One& one, client::Action action, double value,
                const std::string& expected) {
     const auto said = session_->control(action, id, value, kPatience);
-    require(said.has_value(), "a control was not answered");
+    require(said.has_value(), "a control of " + id.hex() + " was not answered");
+    std::ostringstream line;
+    line << "  " << id.hex() << " control " << static_cast<int>(action) << ' ' << value << ": " << said->json
+         << '\n';
+    controls_ += line.str();
     require(said->code == expected,
             "a control was answered " + said->code + ", not " + expected + ": " + said->json);
     await(id, one);
@@ -275,6 +287,7 @@ class Play {
   ServerUnderTest server_;
   std::unique_ptr<client::Session> session_;
   std::map<wire::Id, One> experiments_;
+  std::string controls_;  // and what they were answered
 };
 
 // What is wrong with the server, if anything is.
@@ -285,7 +298,7 @@ std::optional<std::string> play(const std::vector<Step>& steps) {
       if (i % 100 == 99) play.compare_all();
     } catch (const Broken& broken) {
       std::ostringstream text;
-      text << "step " << i << ", " << steps[i] << ": " << broken.sentence;
+      text << "step " << i << ", " << steps[i] << ": " << broken.sentence << "\n" << play.end_of_log();
       return text.str();
     }
   try {
@@ -305,8 +318,13 @@ void expect_the_rules(std::uint64_t seed, std::size_t count) {
   auto steps = random_steps(seed, count);
   const auto wrong = play(steps);
   if (!wrong) return;
-  const auto shorter = shrink(
-      steps, [](const std::vector<Step>& some) { return play(some).has_value(); }, 60);
+  // Said before it is shortened: who waits for that may lose patience first.
+  std::cout << "seed " << seed << ": " << *wrong << std::endl;
+  const auto enough = std::chrono::steady_clock::now() + kShortening;
+  const auto still_fails = [enough](const std::vector<Step>& some) {
+    return std::chrono::steady_clock::now() < enough && play(some).has_value();
+  };
+  const auto shorter = shrink(steps, still_fails, 60);
   std::ostringstream text;
   for (const Step& step : shorter) text << "  " << step << ",\n";
   ADD_FAILURE() << "seed " << seed << ": " << *wrong << "\nshortened to:\n" << text.str();
