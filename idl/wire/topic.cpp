@@ -4,8 +4,12 @@ namespace slew::wire {
 namespace {
 
 constexpr dds_duration_t kBlocking = DDS_SECS(2);
-// Batches a lossless reader holds before it stops acknowledging.
-constexpr int kUntaken = 1024;
+// Batches a lossless reader holds before it stops acknowledging, and how long a batch of telemetry lives,
+// with the writer and with readers. A reader that keeps up with a lossless stream takes 64 batches in
+// `lossless_patience_s` (10 s), so its cache is empty long before anything in it is too old; of one that
+// never acknowledges, the server holds no more than what it published within this time.
+constexpr int kUntaken = 128;
+constexpr dds_duration_t kTelemetryLife = DDS_SECS(30);
 constexpr dds_duration_t kServerLease = DDS_SECS(2);
 
 // What writer and reader of a flow must agree on.
@@ -48,6 +52,7 @@ Qos writer_qos(Flow flow) {
   const bool eight = flow == Flow::reply;
   dds_qset_durability_service(qos.get(), 0, DDS_HISTORY_KEEP_LAST, eight ? 8 : 1, DDS_LENGTH_UNLIMITED,
                               DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+  if (flow == Flow::telemetry) dds_qset_lifespan(qos.get(), kTelemetryLife);
   return qos;
 }
 

@@ -28,9 +28,13 @@ enum class Flow {
   answer,     ///< reliable, keep-all, volatile, 64 samples, blocks 2 s at most
   reply,      ///< reliable, transient-local, keep-last 8
   status,     ///< reliable, transient-local, keep-last 1
-  telemetry,  ///< reliable, volatile, keep-last 256
+  telemetry,  ///< reliable, volatile, keep-last 256, lifespan 30 s
   heartbeat,  ///< as status, with a liveliness lease of 2 s
 };
+
+constexpr bool is_transient_local(Flow flow) {
+  return flow == Flow::reply || flow == Flow::status || flow == Flow::heartbeat;
+}
 
 /// What a reader of telemetry asks for; every other flow is reliable.
 enum class Delivery {

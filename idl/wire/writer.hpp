@@ -4,6 +4,7 @@
 #include <string>
 
 #include "idl/wire/domain.hpp"
+#include "idl/wire/leaked_key.h"
 #include "idl/wire/topic.hpp"
 
 namespace slew::wire {
@@ -35,6 +36,7 @@ class Writer {
   dds_return_t dispose(const T& key) {
     const dds_return_t code = dds_dispose(writer_.get(), &key);
     dds_unregister_instance(writer_.get(), &key);
+    if constexpr (is_transient_local(Topic<T>::flow)) slew_release_leaked_key(writer_.get(), &key);
     return code;
   }
   /// Nothing more will be said of the instance; its samples stay with the readers.

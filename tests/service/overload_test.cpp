@@ -73,6 +73,34 @@ TEST(Overload, ALosslessReaderThatHasStalledStillComesToItsEnd) {
   EXPECT_EQ(run.wait(std::chrono::seconds(60)), 0);
 }
 
+// What it does not acknowledge is kept for it, but not for ever.
+TEST(Overload, AReaderThatNeverAcknowledgesCostsWhatIsPublishedInHalfAMinute) {
+  const ServerUnderTest server;
+  Process deaf = client(server, "stalling_subscriber", {"--after", "0.5", "--for", "75", "--lossless"});
+  std::this_thread::sleep_for(std::chrono::milliseconds(1200));
+  const auto resident_after_a_burst = [&] {
+    for (int i = 0; i < 40; ++i)
+      EXPECT_EQ(server
+                    .ctl({"run", "--preset", kPreset, "--set", "telemetry.sample_period_s=0.0001", "--set",
+                          "telemetry.lossless=true"})
+                    .exit_code,
+                0);
+    std::this_thread::sleep_for(std::chrono::seconds(2));
+    return server.document({"server"}).at(0).at("resident_bytes").get<double>();
+  };
+  const double before = server.document({"server"}).at(0).at("resident_bytes").get<double>();
+  const double once = resident_after_a_burst();
+  std::this_thread::sleep_for(std::chrono::seconds(31));
+  const double twice = resident_after_a_burst();
+  RecordProperty("before", std::to_string(before));
+  RecordProperty("once", std::to_string(once));
+  RecordProperty("twice", std::to_string(twice));
+  // There is something to keep; the second burst takes the place of the first.
+  EXPECT_GT(once - before, 20e6);
+  EXPECT_LT(twice - once, 0.5 * (once - before)) << before << ' ' << once << ' ' << twice;
+  EXPECT_EQ(deaf.wait(std::chrono::seconds(90)), 0);
+}
+
 TEST(Overload, APacedRequestTooManyIsToldSoWithTheFigures) {
   const ServerUnderTest server({"--pacers", "1"});
   const std::vector<std::string> heavy{"submit",   "--json",
