@@ -8,7 +8,9 @@
 #include "server/experiment/attitude_request.hpp"
 #include "server/experiment/experiment.hpp"
 #include "server/experiment/law_fields.hpp"
+#include "server/experiment/shaper_request.hpp"
 #include "server/guidance/maneuver_bounds.hpp"
+#include "server/guidance/shaped_controls.hpp"
 #include "server/simulation/attitude_loop.hpp"
 
 namespace slew {
@@ -202,6 +204,10 @@ std::shared_ptr<const PlanningTask> planning_task(const json& resolved, const At
   task->vibration = read_vibration(guidance);
   if (guidance.at("type") == "given_controls") {
     task->given = read_controls(guidance, plant);
+    task->unshaped_end_s = task->given->time_s;
+    task->shaper = specify_shaper(guidance);
+    task->impulses = impulses_or_none(task->shaper, own_modes(*task));
+    if (!task->impulses.empty()) task->given = shaped_controls(*task->given, task->impulses);
     return task;
   }
   const double authority = guidance.at("authority");
@@ -224,9 +230,15 @@ std::shared_ptr<const PlanningTask> planning_task(const json& resolved, const At
   return task;
 }
 
+std::vector<VibratingMode> own_modes(const PlanningTask& task) {
+  std::vector<VibratingMode> modes;
+  for (const SurrogateMode& mode : task.vibration) modes.push_back({mode.frequency_rad_s, mode.damping_ratio});
+  return modes;
+}
+
 std::vector<Violation> planning_violations(const PlanningTask& task, const json& resolved) {
+  if (task.given) return shaper_violations(task.shaper, own_modes(task), "guidance.vibration");
   std::vector<Violation> violations;
-  if (task.given) return violations;
   for (const ManeuverFault& fault : maneuver_faults(task.problem)) {
     const Place place = place_of(fault.field, task, resolved);
     std::string given = fault.given, allowed = fault.allowed;
