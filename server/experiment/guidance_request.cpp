@@ -232,7 +232,8 @@ std::shared_ptr<const PlanningTask> planning_task(const json& resolved, const At
 
 std::vector<VibratingMode> own_modes(const PlanningTask& task) {
   std::vector<VibratingMode> modes;
-  for (const SurrogateMode& mode : task.vibration) modes.push_back({mode.frequency_rad_s, mode.damping_ratio});
+  for (const SurrogateMode& mode : task.vibration)
+    modes.push_back({mode.frequency_rad_s, mode.damping_ratio});
   return modes;
 }
 

@@ -27,7 +27,7 @@ struct PlanningTask {
   ImpulseShaper shaper;           ///< of the controls that are given
   std::vector<Impulse> impulses;  ///< that it makes; `given` has them in it
   double unshaped_end_s = 0;      ///< of what is given
-  std::string problem_text;  ///< all that the plan depends on, the same for the same plan
+  std::string problem_text;       ///< all that the plan depends on, the same for the same plan
 };
 
 /// What no schema can say of a guidance block, and of what else must be there with it.

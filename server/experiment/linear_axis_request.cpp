@@ -96,8 +96,7 @@ void check_linear_law(const SoundFields& fields, const Violate& violate) {
   }
   if (fields.says("/actuator/type", "proportional") && fields.has("/actuator/torque_N_m"))
     violate("/actuator/torque_N_m", "a linear law asks for any torque: its thrusters have no full one",
-            shortened(*fields.at("/actuator/torque_N_m")),
-            "left out, or controller.type \"firing_program\"");
+            shortened(*fields.at("/actuator/torque_N_m")), "left out, or controller.type \"firing_program\"");
   if (fields.has("/actuator/type") && !fields.says("/actuator/type", "proportional"))
     violate("/actuator/type", "a linear law asks for any torque, which on-off thrusters do not give",
             shortened(*fields.at("/actuator/type")), "\"proportional\"");

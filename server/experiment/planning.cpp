@@ -70,7 +70,8 @@ std::optional<RunFailure> adopt_plan(Prepared& prepared, const json& document) {
   }
   // Superposition holds about a principal axis only.
   constexpr double kElsewhere_rad = 1e-3;
-  const double error = task.impulses.empty() ? 0 : double(document.at("certificate").at("attitude_error_rad"));
+  const double error =
+      task.impulses.empty() ? 0 : double(document.at("certificate").at("attitude_error_rad"));
   if (error > kElsewhere_rad)
     prepared.warnings.push_back("the shaped controls end " + number(error * 180 / std::numbers::pi) +
                                 " deg from the final attitude: where unshaped ones end, they end too only "

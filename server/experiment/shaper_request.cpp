@@ -34,12 +34,14 @@ void check_axis_shaper(const SoundFields& fields, const Violate& violate) {
   const json& type = *fields.at(kType);
   if (has_linear_law(fields) || !fields.has("/controller/type")) return;
   if (!fields.says("/controller/type", "firing_program")) {
-    violate(kType,
-            "a law that fires or does not fire does not answer a command in proportion, so that the answers to its "
-            "parts do not cancel",
-            shortened(type),
-            "\"none\", or controller.type \"attitude_rate_feedback\" or \"lead_compensation\", whose commanded "
-            "angle is shaped, or \"firing_program\", whose torque is");
+    violate(
+        kType,
+        "a law that fires or does not fire does not answer a command in proportion, so that the answers to "
+        "its "
+        "parts do not cancel",
+        shortened(type),
+        "\"none\", or controller.type \"attitude_rate_feedback\" or \"lead_compensation\", whose commanded "
+        "angle is shaped, or \"firing_program\", whose torque is");
     return;
   }
   if (is_rigid(fields))
@@ -59,8 +61,8 @@ void check_attitude_shaper(const SoundFields& fields, const Violate& violate) {
   }
   const json* vibration = fields.at("/guidance/vibration");
   if (fields.lacks("/guidance", "vibration") || (vibration && vibration->empty()))
-    violate(kType, "guidance.vibration names no mode that the controls could leave vibrating", shortened(type),
-            "\"none\", or guidance.vibration with modes");
+    violate(kType, "guidance.vibration names no mode that the controls could leave vibrating",
+            shortened(type), "\"none\", or guidance.vibration with modes");
   if (fields.has("/guidance/controls/type") && !fields.says("/guidance/controls/type", "on_off"))
     violate("/guidance/controls/type", "controls are shaped that are constant between switches",
             shortened(*fields.at("/guidance/controls/type")),
@@ -68,7 +70,8 @@ void check_attitude_shaper(const SoundFields& fields, const Violate& violate) {
   if (fields.says("/controller/type", "planned_torque") &&
       fields.says("/actuator/modulator/type", "schmitt_trigger"))
     violate("/actuator/modulator/type",
-            "each impulse takes a part of the controls, which thrusters that are on or off do not give in open loop",
+            "each impulse takes a part of the controls, which thrusters that are on or off do not give in "
+            "open loop",
             "\"schmitt_trigger\"",
             "another modulator, or actuator.type \"ideal_torque\", or a law that follows the plan");
 }
@@ -106,18 +109,19 @@ std::vector<Violation> shaper_violations(const ImpulseShaper& shaper, std::span<
   std::vector<Violation> violations;
   if (!shaper.is_there()) return violations;
   const std::string count = std::to_string(own.size());
-  const std::string allowed =
-      (own.empty() ? "none: modes empty, and known_modes" : own.size() == 1 ? "1" : "from 1 to " + count) +
-      std::string("; `slewctl describe` lists them under command.modes");
+  const std::string allowed = (own.empty()       ? "none: modes empty, and known_modes"
+                               : own.size() == 1 ? "1"
+                                                 : "from 1 to " + count) +
+                              std::string("; `slewctl describe` lists them under command.modes");
   for (std::size_t i = 0; i < shaper.modes.size(); ++i) {
     const std::size_t mode = shaper.modes[i];
     const std::string pointer = std::string(kShaper) + "/modes/" + std::to_string(i);
     if (mode >= own.size())
-      violations.push_back({pointer,
-                            own.empty() ? "no mode of " + whose + " oscillates"
-                                        : whose + " has only " + count + " that oscillate" +
-                                              (own.size() == 1 ? "s" : ""),
-                            std::to_string(mode + 1), allowed});
+      violations.push_back(
+          {pointer,
+           own.empty() ? "no mode of " + whose + " oscillates"
+                       : whose + " has only " + count + " that oscillate" + (own.size() == 1 ? "s" : ""),
+           std::to_string(mode + 1), allowed});
     else if (own[mode].damping_ratio < 0)
       violations.push_back({pointer, "this mode of " + whose + " grows by itself, whatever is commanded",
                             std::to_string(mode + 1), "a mode that does not grow"});

@@ -27,8 +27,8 @@ std::vector<Impulse> impulses_or_none(const ImpulseShaper& shaper, std::span<con
 std::vector<Violation> shaper_violations(const ImpulseShaper& shaper, std::span<const VibratingMode> own,
                                          const std::string& whose);
 
-/// For descriptions: the modes that can be asked for, those shaped for, the impulses, and when the command ends
-/// without and with them.
+/// For descriptions: the modes that can be asked for, those shaped for, the impulses, and when the command
+/// ends without and with them.
 nlohmann::json command_document(const ImpulseShaper& shaper, std::span<const VibratingMode> own,
                                 const std::vector<Impulse>& impulses, double unshaped_end_s);
 nlohmann::json impulses_document(const std::vector<Impulse>& impulses);

@@ -103,8 +103,9 @@ std::vector<HeldCommand> shaped(std::span<const HeldCommand> command, std::span<
     double sum = 0;
     for (const Impulse& impulse : impulses) {
       const double at_s = t_s - impulse.time_s;
-      const auto after = std::upper_bound(command.begin(), command.end(), at_s,
-                                          [](double t, const HeldCommand& piece) { return t < piece.from_s; });
+      const auto after =
+          std::upper_bound(command.begin(), command.end(), at_s,
+                           [](double t, const HeldCommand& piece) { return t < piece.from_s; });
       if (after != command.begin() && at_s < (after - 1)->to_s) sum += impulse.amplitude * (after - 1)->value;
     }
     return sum;

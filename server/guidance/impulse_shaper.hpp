@@ -52,8 +52,8 @@ inline constexpr double kMostImpulses = 1024;
 /// where there is no such mode, or where it does not oscillate or grows by itself.
 std::vector<VibratingMode> shaped_modes(const ImpulseShaper& shaper, std::span<const VibratingMode> own);
 
-/// Ascending in time, from 0; none where nothing is shaped. Throws std::invalid_argument as shaped_modes(), and
-/// where there would be too many.
+/// Ascending in time, from 0; none where nothing is shaped. Throws std::invalid_argument as shaped_modes(),
+/// and where there would be too many.
 std::vector<Impulse> impulses_of(const ImpulseShaper& shaper, std::span<const VibratingMode> own);
 
 /// A command that is constant in pieces: `value` in [from, to), 0 elsewhere.
@@ -63,8 +63,8 @@ struct HeldCommand {
   double value;
 };
 
-/// The same, shaped. Expects pieces and impulses that ascend, apart from each other; what comes out does too, and
-/// neighbours in it differ. Edges that only rounding keeps apart are one.
+/// The same, shaped. Expects pieces and impulses that ascend, apart from each other; what comes out does too,
+/// and neighbours in it differ. Edges that only rounding keeps apart are one.
 std::vector<HeldCommand> shaped(std::span<const HeldCommand> command, std::span<const Impulse> impulses);
 
 }  // namespace slew

@@ -10,7 +10,8 @@ ControlHistory shaped_controls(const ControlHistory& history, std::span<const Im
     const std::vector<double>& values = history.on_off.controls[i];
     std::vector<HeldCommand> pieces;
     for (std::size_t k = 0; k < values.size(); ++k) {
-      const double from_s = k == 0 ? 0 : times_s[k - 1], to_s = k < times_s.size() ? times_s[k] : history.time_s;
+      const double from_s = k == 0 ? 0 : times_s[k - 1],
+                   to_s = k < times_s.size() ? times_s[k] : history.time_s;
       if (from_s < to_s) pieces.push_back({from_s, to_s, values[k]});
     }
     // Where nothing is left of it, a control is off.

@@ -63,8 +63,8 @@ struct ProgrammedFiring {
   int direction;  ///< +1 or -1
 };
 
-/// A switching function, or a program, and a pair of on-off thrusters. Impulses shape a program's torque; then
-/// the thrusters give parts of it, as proportional ones do.
+/// A switching function, or a program, and a pair of on-off thrusters. Impulses shape a program's torque;
+/// then the thrusters give parts of it, as proportional ones do.
 struct OnOffAxisSpecification : AxisSpecification {
   SwitchingFunctionParameters law;
   Evaluation evaluation = Evaluation::continuous;
@@ -73,8 +73,8 @@ struct OnOffAxisSpecification : AxisSpecification {
   OnOffPairParameters actuator;
 };
 
-/// Linear feedback through proportional thrusters. Impulses shape the angle that is commanded: at each of them
-/// it goes its part of the way from the initial to the final one.
+/// Linear feedback through proportional thrusters. Impulses shape the angle that is commanded: at each of
+/// them it goes its part of the way from the initial to the final one.
 struct LinearAxisSpecification : AxisSpecification {
   LinearFeedback feedback;
   AngleEstimator estimator;
@@ -97,9 +97,9 @@ std::unique_ptr<Run> make_on_off_axis_verification(const OnOffAxisSpecification&
 
 ControlLoop control_loop(const LinearAxisSpecification& specification);
 
-/// The modes that what is commanded makes vibrate, ascending by frequency: of a torque, the plant's with the hub
-/// free; under a linear law the closed loop's. Those that do not oscillate are left out, and so are all of them
-/// where the plant's have no closed form.
+/// The modes that what is commanded makes vibrate, ascending by frequency: of a torque, the plant's with the
+/// hub free; under a linear law the closed loop's. Those that do not oscillate are left out, and so are all
+/// of them where the plant's have no closed form.
 std::vector<VibratingMode> vibrating_modes(const OnOffAxisSpecification& specification);
 std::vector<VibratingMode> vibrating_modes(const LinearAxisSpecification& specification);
 

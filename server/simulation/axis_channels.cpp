@@ -44,7 +44,7 @@ ChannelTable linear_axis_channels(std::size_t modes, const AngleEstimator& estim
   if (!is_lead && std::holds_alternative<SecondOrderAngleEstimator>(estimator))
     table.state.push_back({"estimated_angle_rad", "rad", "inertial", "theta^ (Bryson 1994, Problem 3.2.1)"});
   if (is_shaped)
-    table.state.push_back({"commanded_angle_rad", "rad", "inertial", "shaped, from theta_0 to theta_f"});
+    table.state.push_back({"command_angle_rad", "rad", "inertial", "shaped, from theta_0 to theta_f"});
   return table;
 }
 

@@ -11,7 +11,12 @@ template <typename Poles>
 std::vector<VibratingMode> oscillating(const Poles& poles) {
   std::vector<VibratingMode> modes;
   for (const std::complex<double>& pole : poles)
-    if (pole.imag() > 0) modes.push_back({std::abs(pole), -pole.real() / std::abs(pole)});
+    if (pole.imag() > 0) {
+      // Without damping a pole has the real part that rounding gives it, of either sign.
+      constexpr double kRounding = 1e-10;
+      const double ratio = -pole.real() / std::abs(pole);
+      modes.push_back({std::abs(pole), std::abs(ratio) < kRounding ? 0 : ratio});
+    }
   return modes;
 }
 

@@ -1,6 +1,7 @@
 // The linear closed loop of a single-axis slew (Bryson 1994, section 3.2) by power series. A step is one of
 // the system's own length, cut short by a disturbance that begins, an impulse of a shaped command, the end of
-// the run, or the rest that stops it. The order of a step is server/doc/step.md's; no law decides anything in between.
+// the run, or the rest that stops it. The order of a step is server/doc/step.md's; no law decides anything in
+// between.
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
@@ -61,8 +62,8 @@ Eigen::VectorXd start(const ControlLoop& loop, const LinearAxisSpecification& sp
   return state;
 }
 
-// What a step of the commanded angle does to the state, of an error that grows by 1: an estimator is told of it,
-// lead compensation is not.
+// What a step of the commanded angle does to the state, of an error that grows by 1: an estimator is told of
+// it, lead compensation is not.
 Eigen::VectorXd command_step(const ControlLoop& loop, const LinearAxisSpecification& spec) {
   Eigen::VectorXd step =
       Eigen::VectorXd::Zero(loop.size() + 2 * static_cast<Index>(spec.disturbances.sinusoids.size()));
@@ -78,13 +79,14 @@ std::vector<double> still_to_go(const LinearAxisSpecification& spec) {
   const double angle = spec.maneuver.final_angle_rad - spec.maneuver.initial_angle_rad;
   std::vector<double> to_go(spec.impulses.size() + 1, 0);
   double part = 0;
-  for (std::size_t i = spec.impulses.size(); i-- > 1;) to_go[i] = angle * (part += spec.impulses[i].amplitude);
+  for (std::size_t i = spec.impulses.size(); i-- > 1;)
+    to_go[i] = angle * (part += spec.impulses[i].amplitude);
   to_go[0] = angle;
   return to_go;
 }
 
-// Of the angle in each pair of the loop's modes, about where a constant torque holds it. Nothing where the modes
-// are no basis, or where sinusoids drive them.
+// Of the angle in each pair of the loop's modes, about where a constant torque holds it. Nothing where the
+// modes are no basis, or where sinusoids drive them.
 std::vector<ModeVibration> vibration_of(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& input,
                                         double torque_N_m, const Eigen::VectorXd& state) {
   constexpr double kLeastCondition = 1e-10;

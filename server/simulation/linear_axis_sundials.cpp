@@ -129,8 +129,8 @@ double SundialsLinearRun::law(const double* state, double* inner_slope) const {
   return spec_.feedback.loop_gain * commanded;
 }
 
-// Each impulse moves the commanded angle on by its part. Who estimates is told: the estimated angle stays where it
-// is, and so does the estimated rate.
+// Each impulse moves the commanded angle on by its part. Who estimates is told: the estimated angle stays
+// where it is, and so does the estimated rate.
 void SundialsLinearRun::command() {
   const double change_rad = spec_.maneuver.final_angle_rad - spec_.maneuver.initial_angle_rad;
   for (; impulses_ < spec_.impulses.size() && spec_.impulses[impulses_].time_s <= t_s_; ++impulses_) {

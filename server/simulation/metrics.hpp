@@ -107,9 +107,9 @@ struct Metrics {
   std::optional<double> kinetic_energy_J;     ///< of rotation, at the end; in three axes
   std::optional<LimitCycle> limit_cycle;      ///< when the last two periods agree within 1 %
   std::optional<double>
-      switching_period_s;        ///< between the last two firings of the same sign, begin to begin
-  std::optional<double> rest_s;  ///< when it came to rest for good, in a mode of rest
-  double sliding_s = 0;          ///< time spent sliding on a switching surface
+      switching_period_s;                ///< between the last two firings of the same sign, begin to begin
+  std::optional<double> rest_s;          ///< when it came to rest for good, in a mode of rest
+  double sliding_s = 0;                  ///< time spent sliding on a switching surface
   std::vector<ModeVibration> vibration;  ///< at the end; about one axis, of each mode that oscillates
   std::optional<StructureMetrics> structure;
   std::vector<double> final_state;  ///< in the order of the state channels

@@ -500,7 +500,8 @@ bool OnOffAxisRun<Dynamics>::accumulates(Reason ended, const SideCrossing& cross
 template <typename Dynamics>
 std::pair<double, double> OnOffAxisRun<Dynamics>::supply(Contact contact) const {
   const double given = constant_N_m_ - friction() * sense_;
-  if (contact == Contact::stuck) return {given + thrust_now() - friction(), given + thrust_now() + friction()};
+  if (contact == Contact::stuck)
+    return {given + thrust_now() - friction(), given + thrust_now() + friction()};
   const double slack = contact == Contact::resting ? friction() : 0;
   return {given + thrust(SwitchingFunction::demand(edge_.upper)) - slack,
           given + thrust(SwitchingFunction::demand(edge_.lower)) + slack};
@@ -646,8 +647,9 @@ void OnOffAxisRun<Dynamics>::close_step() {
   }
 }
 
-// How long either thruster is on in [t, t + tau], a part of its thrust counting as a part of the time. While they chatter along a line both are, by turns; on an
-// edge only the one outside; at rest only as far as something has to be held.
+// How long either thruster is on in [t, t + tau], a part of its thrust counting as a part of the time. While
+// they chatter along a line both are, by turns; on an edge only the one outside; at rest only as far as
+// something has to be held.
 template <typename Dynamics>
 AxisOnTimes OnOffAxisRun<Dynamics>::on_times(double tau) const {
   if (contact_ == Contact::free || contact_ == Contact::stuck)

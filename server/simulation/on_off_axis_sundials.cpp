@@ -105,7 +105,7 @@ class SundialsOnOffRun final : public Run {
   double t_s_ = 0;
   int ordered_ = 0;
   int u_ = 0;
-  double share_ = 1;  ///< of the thrust, while they fire
+  double share_ = 1;                              ///< of the thrust, while they fire
   std::deque<std::pair<double, int>> under_way_;  ///< orders that wait for the valves
   bool in_box_ = false;
   bool is_fresh_ = true;  ///< the torque or a guard changed, or nothing has been flown yet
