@@ -127,10 +127,13 @@ System specify(const json& resolved) {
 }
 
 std::vector<Violation> why_it_cannot_be_shaped(const OnOffAxisSpecification& spec) {
-  return shaper_violations(spec.shaper, vibrating_modes(spec), "the plant");
+  return shaper_violations(
+      spec.shaper, vibrating_modes(spec),
+      {"the plant", "firings", static_cast<double>(spec.program.size()), limits().max_shaped_firings});
 }
 std::vector<Violation> why_it_cannot_be_shaped(const LinearAxisSpecification& spec) {
-  return shaper_violations(spec.shaper, vibrating_modes(spec), "the closed loop");
+  return shaper_violations(spec.shaper, vibrating_modes(spec),
+                           {"the closed loop", "steps", 1, kMostImpulses});
 }
 // A plan's shaper is judged with it, a structure's with the structure.
 std::vector<Violation> why_it_cannot_be_shaped(const AttitudeSpecification&) {

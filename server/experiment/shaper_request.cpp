@@ -105,7 +105,8 @@ std::vector<Impulse> impulses_or_none(const ImpulseShaper& shaper, std::span<con
 }
 
 std::vector<Violation> shaper_violations(const ImpulseShaper& shaper, std::span<const VibratingMode> own,
-                                         const std::string& whose) {
+                                         const ShapedCommand& command) {
+  const std::string& whose = command.whose;
   std::vector<Violation> violations;
   if (!shaper.is_there()) return violations;
   const std::string count = std::to_string(own.size());
@@ -132,6 +133,10 @@ std::vector<Violation> shaper_violations(const ImpulseShaper& shaper, std::span<
   if (const double impulses = shaper.impulse_count(); impulses > kMostImpulses)
     violations.push_back({kShaper, "the shaper would have " + number(impulses) + " impulses", "",
                           "at most " + number(kMostImpulses) + ": fewer modes"});
+  else if (impulses * command.count > command.most)
+    violations.push_back(
+        {kShaper, "the shaped command would have " + number(impulses * command.count) + " " + command.pieces,
+         "", "at most " + number(command.most) + ": fewer modes, or fewer " + command.pieces});
   return violations;
 }
 

@@ -3,6 +3,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "server/experiment/document.hpp"
@@ -23,9 +24,17 @@ ImpulseShaper specify_shaper(const nlohmann::json& guidance);
 /// The impulses, or none where shaper_violations() tells why.
 std::vector<Impulse> impulses_or_none(const ImpulseShaper& shaper, std::span<const VibratingMode> own);
 
-/// What only the modes themselves tell. `whose` are `own`: "the closed loop".
+/// What is shaped: whose modes it makes vibrate ("the closed loop"), in how many pieces it comes ("firings"),
+/// and how many of them there may be once every impulse has its own.
+struct ShapedCommand {
+  std::string whose;
+  std::string pieces;
+  double count = 0, most = 0;
+};
+
+/// What only the modes themselves tell.
 std::vector<Violation> shaper_violations(const ImpulseShaper& shaper, std::span<const VibratingMode> own,
-                                         const std::string& whose);
+                                         const ShapedCommand& command);
 
 /// For descriptions: the modes that can be asked for, those shaped for, the impulses, and when the command
 /// ends without and with them.

@@ -46,7 +46,7 @@ struct ImpulseShaper {
 };
 
 /// A shaper has no more impulses than that: every one of them is one more copy of the command.
-inline constexpr double kMostImpulses = 1024;
+inline constexpr double kMostImpulses = 256;
 
 /// The modes to shape for: of `own`, and then the known ones. Throws std::invalid_argument, with a sentence,
 /// where there is no such mode, or where it does not oscillate or grows by itself.

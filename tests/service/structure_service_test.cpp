@@ -1,5 +1,5 @@
-// A flexible structure in the service: paced, watched, paused, called off and kept like any other plant, and the same
-// bits whatever the pace.
+// A flexible structure in the service: paced, watched, paused, called off and kept like any other plant, and
+// the same bits whatever the pace.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -70,9 +70,10 @@ TEST(StructureService, RunsAtItsPaceWhileItIsWatchedAndPaused) {
   const wire::Domain domain({server.domain(), ""});
   client::Telemetry telemetry(domain);
   telemetry.poll(std::chrono::milliseconds(500), {});
-  const std::string id = submit(server, kTracking,
-                                {"timing.mode=scaled", "timing.rate=2", "timing.start=held", "simulation.duration_s=6",
-                                 "telemetry.sample_period_s=0.02", "telemetry.publish_max_hz=200"});
+  const std::string id =
+      submit(server, kTracking,
+             {"timing.mode=scaled", "timing.rate=2", "timing.start=held", "simulation.duration_s=6",
+              "telemetry.sample_period_s=0.02", "telemetry.publish_max_hz=200"});
   const auto wire_id = wire::Id::parse(id);
   slew_v1_Experiment last{};
   std::vector<double> times;
@@ -140,9 +141,10 @@ TEST(StructureService, IsCalledOffAndKept) {
   const json part = server.document({"series", id, "--channels", "command_angle_rad"});
   ASSERT_GT(part.at("t_s").size(), 10u);
   EXPECT_LT(part.at("t_s").back().get<double>(), 6);
-  const json whole_run = server.document(
-      command("run", kOpen, {"simulation.duration_s=8", "telemetry.sample_period_s=0.02"}));
-  const json whole = server.document({"series", whole_run.at("experiment_id"), "--channels", "command_angle_rad"});
+  const json whole_run =
+      server.document(command("run", kOpen, {"simulation.duration_s=8", "telemetry.sample_period_s=0.02"}));
+  const json whole =
+      server.document({"series", whole_run.at("experiment_id"), "--channels", "command_angle_rad"});
   ASSERT_EQ(whole.at("t_s").size(), 401u);
   EXPECT_NEAR(whole.at("t_s").back().get<double>(), 8, 1e-12);
   // The command ends at 6.4415 s, at 30 deg.
@@ -150,7 +152,9 @@ TEST(StructureService, IsCalledOffAndKept) {
   // The one that was called off flew the same as far as it came.
   for (std::size_t i = 0; i < part.at("t_s").size(); ++i) {
     if (part.at("t_s").at(i) != whole.at("t_s").at(i)) break;
-    ASSERT_EQ(part.at("columns").at("command_angle_rad").at(i), whole.at("columns").at("command_angle_rad").at(i)) << i;
+    ASSERT_EQ(part.at("columns").at("command_angle_rad").at(i),
+              whole.at("columns").at("command_angle_rad").at(i))
+        << i;
   }
 }
 

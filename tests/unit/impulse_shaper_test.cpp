@@ -1,5 +1,5 @@
-// Input shaping (Singer & Seering 1990): what two impulses leave of the mode that they are made for is nothing, and
-// at a frequency that is off by the fraction e, |cos(pi (1 + e)/2)|; three leave its square.
+// Input shaping (Singer & Seering 1990): what two impulses leave of the mode that they are made for is
+// nothing, and at a frequency that is off by the fraction e, |cos(pi (1 + e)/2)|; three leave its square.
 #include "server/guidance/impulse_shaper.hpp"
 
 #include <gtest/gtest.h>
@@ -38,7 +38,8 @@ TEST(ImpulseShaper, ThreeImpulsesForgiveAWrongFrequency) {
   for (const double off : {-0.2, -0.05, 0.05, 0.2}) {
     const double left = std::abs(std::cos(pi / 2 * (1 + off)));
     EXPECT_NEAR(residual_vibration(zero_vibration(3, 0), 3 * (1 + off), 0), left, 1e-14);
-    EXPECT_NEAR(residual_vibration(zero_vibration_and_derivative(3, 0), 3 * (1 + off), 0), left * left, 1e-14);
+    EXPECT_NEAR(residual_vibration(zero_vibration_and_derivative(3, 0), 3 * (1 + off), 0), left * left,
+                1e-14);
   }
 }
 
@@ -60,7 +61,7 @@ TEST(ImpulseShaper, OfSeveralModes) {
   refused({4});
   refused({2});
   refused({3});
-  refused({0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0});  // 2048 impulses
+  refused({0, 1, 0, 1, 0, 1, 0, 1, 0});  // 512 impulses
   EXPECT_THROW(impulses_of({ShaperType::zero_vibration, {0}, {}}, {}), std::invalid_argument);
 }
 
@@ -183,8 +184,8 @@ TEST(ShapedTorque, WithAWrongFrequencyThreeImpulsesLeaveLess) {
   }
 }
 
-// A linear plant answers to the parts of a command by the parts of its answer: states at the end of shaped flights are
-// sums of states of unshaped ones.
+// A linear plant answers to the parts of a command by the parts of its answer: states at the end of shaped
+// flights are sums of states of unshaped ones.
 TEST(ShapedTorque, AnswersBySuperposition) {
   std::mt19937_64 random(11);
   for (int i = 0; i < 30; ++i) {
@@ -241,7 +242,8 @@ TEST(ShapedTorque, ImpulsesAreEventsAndPiecesChangeNoBit) {
   EXPECT_EQ(run->report().digest, whole.digest);
 }
 
-// The undamped loop I theta'' = -K (theta - r): a step makes it swing to twice the angle, two halves bring it there.
+// The undamped loop I theta'' = -K (theta - r): a step makes it swing to twice the angle, two halves bring it
+// there.
 TEST(ShapedAngle, BringsAnUndampedLoopToRest) {
   auto spec = attitude_rate();
   spec.feedback.law = AttitudeRateFeedback{4, 0};

@@ -1,5 +1,5 @@
-// Requests that shape what is commanded (guidance.shaper), what describe and result say of them, and which are
-// refused.
+// Requests that shape what is commanded (guidance.shaper), what describe and result say of them, and which
+// are refused.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -63,7 +63,8 @@ TEST(ShaperRequest, BecomesImpulses) {
   EXPECT_NEAR(step.impulses[1].time_s, 2 / std::sqrt(1 - 0.01), 1e-14);
   // The first mode, where nothing is said of modes.
   const auto first = std::get<OnOffAxisSpecification>(
-      prepared(with("benchmark/pulses-unshaped", {{"guidance", {{"shaper", {{"type", "zero_vibration"}}}}}})).system);
+      prepared(with("benchmark/pulses-unshaped", {{"guidance", {{"shaper", {{"type", "zero_vibration"}}}}}}))
+          .system);
   EXPECT_EQ(first.shaper.modes, std::vector<std::size_t>{0});
   const auto none = std::get<OnOffAxisSpecification>(prepared(with("benchmark/pulses-unshaped")).system);
   EXPECT_TRUE(none.impulses.empty());
@@ -71,12 +72,12 @@ TEST(ShaperRequest, BecomesImpulses) {
 
 // A frame's modes are its plant's too; a rigid axis has those of its loop.
 TEST(ShaperRequest, FitsFramesAndRigidLoops) {
-  const json frame = with("agrawal-bang-1995/flexible-frame-elbow-heavy",
-                          {{"controller",
-                            {{"type", "firing_program"},
-                             {"firings", {{{"from_s", 0}, {"to_s", 5}, {"direction", 1}}}}}},
-                           {"guidance", {{"type", "none"}, {"shaper", {{"type", "zero_vibration"}, {"modes", {1}}}}}},
-                           {"actuator", {{"type", "proportional"}, {"torque_N_m", 0.3}}}});
+  const json frame =
+      with("agrawal-bang-1995/flexible-frame-elbow-heavy",
+           {{"controller",
+             {{"type", "firing_program"}, {"firings", {{{"from_s", 0}, {"to_s", 5}, {"direction", 1}}}}}},
+            {"guidance", {{"type", "none"}, {"shaper", {{"type", "zero_vibration"}, {"modes", {1}}}}}},
+            {"actuator", {{"type", "proportional"}, {"torque_N_m", 0.3}}}});
   json cleaned = frame;
   for (const char* field : {"gamma", "gamma_bar", "deadband", "end_box", "evaluation", "hysteresis_deg"})
     cleaned["controller"][field] = nullptr;
@@ -121,7 +122,8 @@ TEST(ShaperRequest, TheResultTellsWhatIsLeft) {
   EXPECT_LT(left(kStep), 1e-12);
   EXPECT_GT(left("benchmark/controls-unshaped"), 4);
   EXPECT_LT(left(kControls), 1e-12);
-  EXPECT_TRUE(result_of(with("agrawal-bang-1995/rigid-single-sided")).at("metrics").at("vibration").is_null());
+  EXPECT_TRUE(
+      result_of(with("agrawal-bang-1995/rigid-single-sided")).at("metrics").at("vibration").is_null());
 }
 
 // A law that follows the plan follows the shaped one, whatever its thrusters are.
@@ -142,7 +144,8 @@ TEST(ShaperRequest, TheRigidPlantHasNothingToShapeFor) {
   json rigid = with(kPulses, {{"plant", {{"type", "rigid_axis"}, {"modes", nullptr}}}});
   EXPECT_EQ(refused_at(rigid), Pointers{"/guidance/shaper/type"});
   EXPECT_NE(violations(rigid)[0].problem.find("rigid axis"), std::string::npos);
-  EXPECT_EQ(refused_at(with(kPulses, {{"plant", {{"modes", json::array()}}}})), Pointers{"/guidance/shaper/type"});
+  EXPECT_EQ(refused_at(with(kPulses, {{"plant", {{"modes", json::array()}}}})),
+            Pointers{"/guidance/shaper/type"});
   EXPECT_EQ(refused_at(with_shaper("kim-crassidis-1998/case-c-sliding-mode", zero)),
             Pointers{"/guidance/shaper/type"});
   json none = with(kControls, {{"guidance", {{"vibration", nullptr}}}});
@@ -162,11 +165,12 @@ TEST(ShaperRequest, LawsAndThrustersThatDoNotGiveParts) {
   const json on_off = with_shaper("agrawal-bang-1995/flexible-pulse", zero);
   EXPECT_EQ(refused_at(on_off), Pointers{"/actuator/type"});
   EXPECT_NE(violations(on_off)[0].problem.find("part of a firing"), std::string::npos);
-  json couples = with(kControls, {{"actuator",
-                                   {{"type", "axis_thrusters"},
-                                    {"maximum_torque_N_m", nullptr},
-                                    {"torque_N_m", {2, 2, 2}},
-                                    {"modulator", {{"type", "schmitt_trigger"}, {"on", 0.5}, {"off", 0.25}}}}}});
+  json couples =
+      with(kControls, {{"actuator",
+                        {{"type", "axis_thrusters"},
+                         {"maximum_torque_N_m", nullptr},
+                         {"torque_N_m", {2, 2, 2}},
+                         {"modulator", {{"type", "schmitt_trigger"}, {"on", 0.5}, {"off", 0.25}}}}}});
   EXPECT_EQ(refused_at(couples), Pointers{"/actuator/modulator/type"});
   json smooth = with(kControls, {{"guidance",
                                   {{"controls",
@@ -188,10 +192,11 @@ TEST(ShaperRequest, EveryViolationAtOnce) {
                        {{{"frequency_hz", 0}},
                         {{"frequency_hz", 1}, {"damping_ratio", 1}},
                         {{"frequency_hz", -2}, {"damping_ratio", -0.1}}}}};
-  EXPECT_EQ(refused_at(with_shaper(kPulses, modes)),
-            (Pointers{"/guidance/shaper/known_modes/0/frequency_hz", "/guidance/shaper/known_modes/1/damping_ratio",
-                      "/guidance/shaper/known_modes/2/damping_ratio", "/guidance/shaper/known_modes/2/frequency_hz",
-                      "/guidance/shaper/modes/2"}));
+  EXPECT_EQ(
+      refused_at(with_shaper(kPulses, modes)),
+      (Pointers{"/guidance/shaper/known_modes/0/frequency_hz", "/guidance/shaper/known_modes/1/damping_ratio",
+                "/guidance/shaper/known_modes/2/damping_ratio", "/guidance/shaper/known_modes/2/frequency_hz",
+                "/guidance/shaper/modes/2"}));
   for (const char* preset : {kPulses, kStep, kControls}) {
     const json unknown = {{"type", "zero_vibration"}, {"modes", {1, 9, 200}}};
     EXPECT_EQ(refused_at(with_shaper(preset, unknown)),
@@ -203,15 +208,32 @@ TEST(ShaperRequest, EveryViolationAtOnce) {
     json many = {{"type", "zero_vibration_derivative"}, {"modes", {1, 2, 1, 2, 1, 2, 1}}};
     EXPECT_EQ(refused_at(with_shaper(preset, many)), Pointers{"/guidance/shaper"}) << preset;
   }
-  json growing = with(kPulses, {{"plant", {{"modes", {{{"frequency_hz", 0.2}, {"damping_ratio", -0.01},
-                                                       {"coupling_sqrt_kg_m", 1}}}}}},
-                                {"guidance", {{"shaper", {{"modes", {1}}}}}}});
+  json growing = with(
+      kPulses,
+      {{"plant", {{"modes", {{{"frequency_hz", 0.2}, {"damping_ratio", -0.01}, {"coupling_sqrt_kg_m", 1}}}}}},
+       {"guidance", {{"shaper", {{"modes", {1}}}}}}});
   EXPECT_EQ(refused_at(growing), Pointers{"/guidance/shaper/modes/0"});
+}
+
+// Every impulse is one more copy of the command.
+TEST(ShaperRequest, NotMorePiecesThanThereMayBe) {
+  EXPECT_EQ(schema_document("limits").at("properties").at("max_shaper_impulses").at("const"), kMostImpulses);
+  json firings = json::array();
+  for (int i = 0; i < 501; ++i) firings.push_back({{"from_s", i}, {"to_s", i + 0.5}, {"direction", 1}});
+  json program = with(kPulses, {{"controller", {{"firings", firings}}}});
+  EXPECT_EQ(refused_at(program), Pointers{"/guidance/shaper"});
+  program["controller"]["firings"].erase(500);
+  EXPECT_EQ(refused_at(program), Pointers{});
+  // Two signs by 3^5 impulses.
+  const json five = {{"type", "zero_vibration_derivative"}, {"modes", {1, 2, 1, 2, 1}}};
+  EXPECT_EQ(refused_at(with_shaper(kControls, five)), Pointers{"/guidance/shaper"});
+  EXPECT_EQ(refused_at(with_shaper(kStep, five)), Pointers{});
 }
 
 // Proportional thrusters have a full torque where a program fires them, and nowhere else.
 TEST(ShaperRequest, TheTorqueOfProportionalThrusters) {
-  EXPECT_EQ(refused_at(with(kPulses, {{"actuator", {{"torque_N_m", nullptr}}}})), Pointers{"/actuator/torque_N_m"});
+  EXPECT_EQ(refused_at(with(kPulses, {{"actuator", {{"torque_N_m", nullptr}}}})),
+            Pointers{"/actuator/torque_N_m"});
   EXPECT_EQ(refused_at(with(kStep, {{"actuator", {{"torque_N_m", 1}}}})), Pointers{"/actuator/torque_N_m"});
 }
 
