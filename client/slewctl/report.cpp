@@ -72,6 +72,14 @@ void add_structure(std::vector<std::vector<std::string>>& rows, const json& stru
                         name_and_unit(key).second});
 }
 
+// What is left in each mode, of a plant's or of a plan's surrogate.
+void add_vibration(std::vector<std::vector<std::string>>& rows, const json& of) {
+  if (!of.is_object() || !of.contains("vibration") || !of.at("vibration").is_object()) return;
+  for (const json& mode : of.at("vibration").at("modes"))
+    rows.push_back({"left at " + number(mode.at("frequency_hz").get<double>()) + " Hz",
+                    value_in_words(mode.at("residual_deg")), "deg"});
+}
+
 std::string verification_in_words(const json& verification) {
   std::string text =
       "\nsecond opinion (" + verification.at("propagator").at("name").get<std::string>() + "): ";
@@ -119,6 +127,8 @@ std::string result_in_words(const json& result) {
     add_tally(rows, metrics, "thruster_on_time_s");
     add_tally(rows, metrics, "firings");
     if (metrics.value("structure", json()).is_object()) add_structure(rows, metrics.at("structure"));
+    add_vibration(rows, metrics);
+    add_vibration(rows, result.value("plan", json()));
     text += table(rows);
   }
   const json& propagator = provenance.at("propagator");

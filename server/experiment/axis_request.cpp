@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "server/experiment/frame_request.hpp"
+#include "server/experiment/shaper_request.hpp"
 #include "server/propagation/modal_basis.hpp"
 
 namespace slew {
@@ -38,8 +39,8 @@ SingleAxisPlant specify_plant(const json& plant) {
 
 OnOffPairParameters specify_actuator(const json& actuator) {
   return {.torque_N_m = actuator.at("torque_N_m"),
-          .minimum_on_time_s = actuator.at("minimum_on_time_s"),
-          .switching_delay_s = actuator.at("switching_delay_s"),
+          .minimum_on_time_s = actuator.value("minimum_on_time_s", 0.0),
+          .switching_delay_s = actuator.value("switching_delay_s", 0.0),
           .lever_arm_m = optional_number(actuator, "lever_arm_m"),
           .specific_impulse_s = optional_number(actuator, "specific_impulse_s"),
           .gas_density_kg_m3 = optional_number(actuator, "gas_density_kg_m3")};
@@ -73,6 +74,7 @@ void specify_axis(const json& request, double thrust_N_m, AxisSpecification& spe
                    .initial_rate_rad_s = radians(maneuver.at("initial_rate_deg_s")),
                    .final_angle_rad = radians(maneuver.at("final_angle_deg"))};
   spec.disturbances = specify_disturbances(request.at("disturbances"), thrust_N_m);
+  spec.shaper = specify_shaper(request.at("guidance"));
   const std::string& stop = request.at("stop").at("when").get_ref<const std::string&>();
   if (stop == "end_box") spec.stop = StopCondition::end_box;
   if (stop == "first_rest") spec.stop = StopCondition::first_rest;
@@ -148,6 +150,7 @@ OnOffAxisSpecification specify_on_off_axis(const json& request) {
   spec.actuator = specify_actuator(request.at("actuator"));
   specify_axis(request, spec.actuator.torque_N_m, spec);
   specify_law(request.at("controller"), spec);
+  if (spec.shaper.is_there()) spec.impulses = impulses_or_none(spec.shaper, vibrating_modes(spec));
   return spec;
 }
 
@@ -187,6 +190,8 @@ std::vector<std::string> warnings_about(const OnOffAxisSpecification& spec) {
   if (spec.disturbances.friction_N_m >= spec.actuator.torque_N_m)
     warnings.push_back("friction is not smaller than the thrusters' torque: they cannot start the motion");
   warn_of_growing_modes(spec.plant, warnings);
+  if (!spec.program.empty())
+    warn_of_late_arrival(spec.impulses, spec.program.back().to_s, spec.duration_s, warnings);
   return warnings;
 }
 

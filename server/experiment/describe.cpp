@@ -7,6 +7,7 @@
 #include "server/experiment/experiment.hpp"
 #include "server/experiment/phase_plane.hpp"
 #include "server/experiment/plan_document.hpp"
+#include "server/experiment/shaper_request.hpp"
 #include "server/propagation/modal_basis.hpp"
 
 namespace slew {
@@ -209,6 +210,15 @@ json regularisation(const OnOffAxisSpecification& spec) {
   return document;
 }
 
+// The torque of a program, which can be shaped; a law commands none that could.
+json torque_document(const OnOffAxisSpecification& spec) {
+  if (spec.evaluation != Evaluation::program) return nullptr;
+  json document = command_document(spec.shaper, vibrating_modes(spec), spec.impulses,
+                                   spec.program.empty() ? 0 : spec.program.back().to_s);
+  document["type"] = "torque";
+  return document;
+}
+
 // For a rigid axis; null where no closed form applies.
 json all_predictions(const OnOffAxisSpecification& spec, const SwitchingFunction& law) {
   if (!spec.plant.modes.empty() || spec.evaluation == Evaluation::program) return nullptr;
@@ -225,6 +235,7 @@ json system_document(const OnOffAxisSpecification& spec) {
   return {{"plant", std::move(plant)},
           {"law", law_document(spec, law)},
           {"regularisation", regularisation(spec)},
+          {"command", torque_document(spec)},
           {"predictions", all_predictions(spec, law)},
           {"size", size(spec)}};
 }
@@ -236,6 +247,11 @@ json design_document(const OnOffAxisSpecification& spec) {
 json describe(const Prepared& prepared) {
   json document = std::visit([](const auto& spec) { return system_document(spec); }, prepared.system);
   if (prepared.planning) document["guidance"] = problem_document(*prepared.planning);
+  if (prepared.planning && prepared.planning->given) {
+    const PlanningTask& task = *prepared.planning;
+    document["command"] = command_document(task.shaper, own_modes(task), task.impulses, task.unshaped_end_s);
+    document["command"]["type"] = "controls";
+  }
   document["warnings"] = prepared.warnings;
   document["request"] = json::parse(prepared.resolved);
   return document;

@@ -5,6 +5,7 @@
 #include "server/control/frequency_response.hpp"
 #include "server/control/root_locus.hpp"
 #include "server/experiment/description.hpp"
+#include "server/experiment/shaper_request.hpp"
 
 namespace slew {
 namespace {
@@ -157,12 +158,15 @@ double radius_of(const ControlLoop& loop, double gain) {
 
 json system_document(const LinearAxisSpecification& spec) {
   const ControlLoop loop = control_loop(spec);
+  json command = command_document(spec.shaper, vibrating_modes(spec), spec.impulses, 0);
+  command["type"] = "angle";
   return {{"plant", plant_document(spec.plant)},
           {"law", law_document(spec.feedback)},
           {"regulator", regulator_document(spec)},
           {"estimator", estimator_document(spec.estimator)},
           {"compensator", compensator_document(loop)},
           {"closed_loop", closed_loop_document(loop)},
+          {"command", std::move(command)},
           {"loop_gain_stability_range", range_document(loop)},
           {"margins", margins_document(loop)},
           {"size",

@@ -7,6 +7,7 @@
 
 #include "server/experiment/description.hpp"
 #include "server/experiment/law_fields.hpp"
+#include "server/experiment/shaper_request.hpp"
 #include "server/experiment/structure_request.hpp"
 #include "server/simulation/structure_system.hpp"
 #include "server/structure/mass_properties.hpp"
@@ -58,16 +59,13 @@ json damping_document(const StructureSpecification& spec, const Eigen::VectorXd&
 json command_document(const StructureSpecification& spec) {
   const SineSquaredSlew& command = spec.system->command;
   const SineSquaredPulses& pulses = command.pulses();
-  json impulses = json::array();
-  for (const Impulse& impulse : command.impulses())
-    impulses.push_back({{"time_s", impulse.time_s}, {"amplitude", impulse.amplitude}});
   return {{"inertia_kg_m2", pulses.inertia_kg_m2},
           {"coast_rate_deg_s", pulses.coast_rate_rad_s() * kDegPerRad},
           {"pulse_s", pulses.pulse_s()},
           {"stop_pulse_s", pulses.stop_s()},
           {"coast_s", pulses.stop_s() - pulses.pulse_s()},
           {"unshaped_end_s", pulses.end_s()},
-          {"impulses", std::move(impulses)},
+          {"impulses", impulses_document(command.impulses())},
           {"arrival_s", command.arrival_s()}};
 }
 

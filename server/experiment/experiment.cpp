@@ -11,6 +11,7 @@
 #include "server/experiment/planning.hpp"
 #include "server/experiment/preset.hpp"
 #include "server/experiment/schema.hpp"
+#include "server/experiment/shaper_request.hpp"
 #include "server/experiment/structure_request.hpp"
 #include "server/experiment/wall_time.hpp"
 #include "server/simulation/ballast.hpp"
@@ -125,6 +126,23 @@ System specify(const json& resolved) {
   return specify_on_off_axis(resolved);
 }
 
+std::vector<Violation> why_it_cannot_be_shaped(const OnOffAxisSpecification& spec) {
+  return shaper_violations(
+      spec.shaper, vibrating_modes(spec),
+      {"the plant", "firings", static_cast<double>(spec.program.size()), limits().max_shaped_firings});
+}
+std::vector<Violation> why_it_cannot_be_shaped(const LinearAxisSpecification& spec) {
+  return shaper_violations(spec.shaper, vibrating_modes(spec),
+                           {"the closed loop", "steps", 1, kMostImpulses});
+}
+// A plan's shaper is judged with it, a structure's with the structure.
+std::vector<Violation> why_it_cannot_be_shaped(const AttitudeSpecification&) {
+  return {};
+}
+std::vector<Violation> why_it_cannot_be_shaped(const StructureSpecification&) {
+  return {};
+}
+
 std::unique_ptr<Run> run_of(const OnOffAxisSpecification& spec) {
   return make_on_off_axis_run(spec);
 }
@@ -182,6 +200,9 @@ std::variant<Prepared, Rejection> prepare(std::string_view request_text) {
   prepared.system = specify(resolved);
   const auto why_not = [](const auto& spec) { return why_it_cannot_be_built(spec); };
   if (auto violation = std::visit(why_not, prepared.system)) return invalid({std::move(*violation)});
+  const auto why_unshaped = [](const auto& spec) { return why_it_cannot_be_shaped(spec); };
+  if (auto violations = std::visit(why_unshaped, prepared.system); !violations.empty())
+    return invalid(std::move(violations));
   prepared.preset = resolved.value("preset", "");
   prepared.label = resolved.at("label");
   prepared.warnings = std::visit([](const auto& spec) { return warnings_about(spec); }, prepared.system);

@@ -8,7 +8,10 @@
 #include "server/experiment/attitude_request.hpp"
 #include "server/experiment/experiment.hpp"
 #include "server/experiment/law_fields.hpp"
+#include "server/experiment/limits.hpp"
+#include "server/experiment/shaper_request.hpp"
 #include "server/guidance/maneuver_bounds.hpp"
+#include "server/guidance/shaped_controls.hpp"
 #include "server/simulation/attitude_loop.hpp"
 
 namespace slew {
@@ -183,7 +186,26 @@ Place place_of(const std::string& field, const PlanningTask& task, const json& r
   return {"/guidance/family", field == "switches" ? "the family:" : ""};
 }
 
+// Of the controls that are given, before or after they are shaped.
+std::vector<Violation> given_violations(const PlanningTask& task, const json& resolved) {
+  std::size_t pieces = 0;
+  const json& controls = resolved.at("guidance").at("controls");
+  if (controls.contains("sequences"))
+    for (const json& signs : controls.at("sequences"))
+      pieces += signs.size() - static_cast<std::size_t>(std::count(signs.begin(), signs.end(), 0));
+  return shaper_violations(
+      task.shaper, own_modes(task),
+      {"guidance.vibration", "signs of controls", static_cast<double>(pieces), limits().max_shaped_controls});
+}
+
 }  // namespace
+
+std::vector<VibratingMode> own_modes(const PlanningTask& task) {
+  std::vector<VibratingMode> modes;
+  for (const SurrogateMode& mode : task.vibration)
+    modes.push_back({mode.frequency_rad_s, mode.damping_ratio});
+  return modes;
+}
 
 std::shared_ptr<const PlanningTask> planning_task(const json& resolved, const AttitudeSpecification& spec) {
   const json& guidance = resolved.at("guidance");
@@ -202,6 +224,11 @@ std::shared_ptr<const PlanningTask> planning_task(const json& resolved, const At
   task->vibration = read_vibration(guidance);
   if (guidance.at("type") == "given_controls") {
     task->given = read_controls(guidance, plant);
+    task->unshaped_end_s = task->given->time_s;
+    task->shaper = specify_shaper(guidance);
+    if (!given_violations(*task, resolved).empty()) return task;
+    task->impulses = impulses_or_none(task->shaper, own_modes(*task));
+    if (!task->impulses.empty()) task->given = shaped_controls(*task->given, task->impulses);
     return task;
   }
   const double authority = guidance.at("authority");
@@ -225,8 +252,8 @@ std::shared_ptr<const PlanningTask> planning_task(const json& resolved, const At
 }
 
 std::vector<Violation> planning_violations(const PlanningTask& task, const json& resolved) {
+  if (task.given) return given_violations(task, resolved);
   std::vector<Violation> violations;
-  if (task.given) return violations;
   for (const ManeuverFault& fault : maneuver_faults(task.problem)) {
     const Place place = place_of(fault.field, task, resolved);
     std::string given = fault.given, allowed = fault.allowed;

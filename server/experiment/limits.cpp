@@ -23,6 +23,8 @@ const Limits& limits() {
                   .max_steps = number("max_steps"),
                   .max_archived_rows = number("max_archived_rows"),
                   .max_frame_coordinates = count("max_frame_coordinates"),
+                  .max_shaped_firings = number("max_shaped_firings"),
+                  .max_shaped_controls = number("max_shaped_controls"),
                   .max_queued_experiments = count("max_queued_experiments"),
                   .max_paced_load = number("max_paced_load"),
                   .lossless_patience_s = number("lossless_patience_s"),

@@ -13,6 +13,8 @@ struct Limits {
   double max_steps;
   double max_archived_rows;
   std::size_t max_frame_coordinates;
+  double max_shaped_firings;
+  double max_shaped_controls;
   std::size_t max_queued_experiments;
   double max_paced_load;
   double lossless_patience_s;

@@ -7,6 +7,7 @@
 #include "server/control/root_locus.hpp"
 #include "server/experiment/axis_request.hpp"
 #include "server/experiment/limits.hpp"
+#include "server/experiment/shaper_request.hpp"
 
 namespace slew {
 namespace {
@@ -82,12 +83,20 @@ void check_linear_law(const SoundFields& fields, const Violate& violate) {
             shortened(*fields.at("/estimator/type")),
             "\"none\", or controller.type \"attitude_rate_feedback\"");
   if (!is_linear) {
-    if (fields.has("/controller/type") && fields.says("/actuator/type", "proportional"))
+    if (!fields.has("/controller/type") || !fields.says("/actuator/type", "proportional")) return;
+    if (!fields.says("/controller/type", "firing_program"))
       violate("/actuator/type", "a law that fires or does not fire has no use for proportional thrusters",
               "\"proportional\"",
-              "\"on_off_pair\", or controller.type \"attitude_rate_feedback\" or \"lead_compensation\"");
+              "\"on_off_pair\", or controller.type \"attitude_rate_feedback\", \"lead_compensation\" or "
+              "\"firing_program\"");
+    else if (fields.lacks("/actuator", "torque_N_m"))
+      violate("/actuator/torque_N_m", "a firing of a program is of a torque, which nobody has told", "",
+              "given with controller.type \"firing_program\"");
     return;
   }
+  if (fields.says("/actuator/type", "proportional") && fields.has("/actuator/torque_N_m"))
+    violate("/actuator/torque_N_m", "a linear law asks for any torque: its thrusters have no full one",
+            shortened(*fields.at("/actuator/torque_N_m")), "left out, or controller.type \"firing_program\"");
   if (fields.has("/actuator/type") && !fields.says("/actuator/type", "proportional"))
     violate("/actuator/type", "a linear law asks for any torque, which on-off thrusters do not give",
             shortened(*fields.at("/actuator/type")), "\"proportional\"");
@@ -115,20 +124,23 @@ LinearAxisSpecification specify_linear_axis(const json& request) {
   spec.actuator = {.lever_arm_m = optional_number(actuator, "lever_arm_m"),
                    .specific_impulse_s = optional_number(actuator, "specific_impulse_s"),
                    .gas_density_kg_m3 = optional_number(actuator, "gas_density_kg_m3")};
+  const auto shape = [&] {
+    if (spec.shaper.is_there()) spec.impulses = impulses_or_none(spec.shaper, vibrating_modes(spec));
+  };
   const json& estimator = request.at("estimator");
   const auto& type = estimator.at("type").get_ref<const std::string&>();
-  if (type == "none") return spec;
+  if (type == "none") return shape(), spec;
   const double inertia = estimator.value("inertia_kg_m2", spec.plant.inertia_kg_m2);
   spec.estimate.rate_rad_s = radians(estimator.at("initial_rate_deg_s"));
   if (type == "first_order_angle") {
     spec.estimator = FirstOrderAngleEstimator{estimator.at("gain_1_s"), inertia};
-    return spec;
+    return shape(), spec;
   }
   spec.estimator =
       SecondOrderAngleEstimator{estimator.at("rate_gain_1_s2"), estimator.at("attitude_gain_1_s"), inertia};
   if (estimator.contains("initial_angle_deg"))
     spec.estimate.error_rad = radians(estimator.at("initial_angle_deg")) - spec.maneuver.final_angle_rad;
-  return spec;
+  return shape(), spec;
 }
 
 std::optional<Violation> why_it_cannot_be_built(const LinearAxisSpecification& spec) {
@@ -156,6 +168,9 @@ std::vector<std::string> warnings_about(const LinearAxisSpecification& spec) {
     warnings.push_back(why + in_words(rightmost));
   }
   warn_of_growing_modes(spec.plant, warnings);
+  warn_of_late_arrival(spec.impulses, 0, spec.duration_s, warnings);
+  if (!spec.impulses.empty() && spec.maneuver.initial_rate_rad_s != 0)
+    warnings.push_back("the initial rate is not commanded: the vibration that it leaves is not shaped");
   return warnings;
 }
 

@@ -10,6 +10,7 @@
 #include "server/experiment/guidance_request.hpp"
 #include "server/experiment/limits.hpp"
 #include "server/experiment/linear_axis_request.hpp"
+#include "server/experiment/shaper_request.hpp"
 #include "server/experiment/sound_fields.hpp"
 #include "server/experiment/structure_request.hpp"
 #include "server/experiment/wall_time.hpp"
@@ -166,6 +167,8 @@ std::vector<Violation> physics_violations(const json& request,
   };
   if (!is_of_a_structure && !has_three_axes(fields) && !is_misfit("/controller/type"))
     check_axis(fields, violate_besides);
+  if (!is_of_a_structure && !is_misfit("/controller/type") && !is_misfit("/guidance/type"))
+    check_shaper(fields, violate_besides);
   if (fields.says("/stop/when", "end_box") && !is_of_a_structure && !has_three_axes(fields) &&
       fields.lacks("/controller", "end_box") && !has_linear_law(fields))
     violate("/stop/when", "the run cannot stop at the end box of a controller that has none", "\"end_box\"",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "server/experiment/plan_document.hpp"
 #include "server/guidance/plan_certificate.hpp"
@@ -67,6 +68,14 @@ std::optional<RunFailure> adopt_plan(Prepared& prepared, const json& document) {
     flown->planned = std::make_shared<const PlannedControls>(PlannedControls{
         history, {plant.influence_N_m, plant.least_control, plant.most_control}, breaks_of(history)});
   }
+  // Superposition holds about a principal axis only.
+  constexpr double kElsewhere_rad = 1e-3;
+  const double error =
+      task.impulses.empty() ? 0 : double(document.at("certificate").at("attitude_error_rad"));
+  if (error > kElsewhere_rad)
+    prepared.warnings.push_back("the shaped controls end " + number(error * 180 / std::numbers::pi) +
+                                " deg from the final attitude: where unshaped ones end, they end too only "
+                                "about a principal axis");
   if (history.time_s > spec.duration_s)
     prepared.warnings.push_back("the maneuver takes " + number(history.time_s) +
                                 " s and the run ends before, at simulation.duration_s");

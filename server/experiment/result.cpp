@@ -60,6 +60,16 @@ json structure_document(const std::optional<StructureMetrics>& metrics) {
             {"members", metrics->shape.members}}}};
 }
 
+json vibration_document(const std::vector<ModeVibration>& vibration) {
+  if (vibration.empty()) return nullptr;
+  json modes = json::array();
+  for (const ModeVibration& mode : vibration)
+    modes.push_back({{"frequency_hz", mode.frequency_rad_s / (2 * std::numbers::pi)},
+                     {"damping_ratio", mode.damping_ratio},
+                     {"residual_deg", mode.residual_rad * kDegPerRad}});
+  return {{"modes", std::move(modes)}};
+}
+
 json metrics_document(const Metrics& metrics, const ChannelTable& channels) {
   json extrema = json::array();
   for (const Extremum& extremum : metrics.extrema)
@@ -101,6 +111,7 @@ json metrics_document(const Metrics& metrics, const ChannelTable& channels) {
           {"switching_period_s", optional(metrics.switching_period_s)},
           {"sliding_s", metrics.sliding_s},
           {"rest_s", optional(metrics.rest_s)},
+          {"vibration", vibration_document(metrics.vibration)},
           {"structure", structure_document(metrics.structure)},
           {"final_state", std::move(final_state)}};
 }

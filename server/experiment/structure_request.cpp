@@ -8,6 +8,7 @@
 #include "server/experiment/derived_structures.hpp"
 #include "server/experiment/frame_request.hpp"
 #include "server/experiment/limits.hpp"
+#include "server/experiment/shaper_request.hpp"
 
 namespace slew {
 namespace {
@@ -39,14 +40,7 @@ void specify_guidance(const json& guidance, StructureGuidance& spec) {
   spec.torque_N_m = guidance.at("torque_N_m");
   spec.pulse_rad_s = guidance.at("pulse_rad_s");
   if (guidance.at("zero_order_loads") == "about_axis_only") spec.loads = ZeroOrderLoads::about_axis_only;
-  const json& shaper = guidance.at("shaper");
-  if (shaper.at("type") == "none") return;
-  spec.shaper = shaper.at("type") == "zero_vibration" ? ShaperType::zero_vibration
-                                                      : ShaperType::zero_vibration_and_derivative;
-  for (const json& mode : shaper.at("modes")) spec.shaped_modes.push_back(mode.get<Eigen::Index>() - 1);
-  for (const json& mode : shaper.at("known_modes"))
-    spec.known_modes.push_back(
-        {2 * std::numbers::pi * mode.at("frequency_hz").get<double>(), mode.at("damping_ratio")});
+  spec.shaper = specify_shaper(guidance);
 }
 
 StructureControl specify_control(const json& request) {

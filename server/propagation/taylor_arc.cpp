@@ -94,6 +94,10 @@ double TaylorArc::value(Index i, double tau) const {
   return value;
 }
 
+void TaylorArc::jump(const Eigen::VectorXd& by, double factor) {
+  for (Index i = 0; i < series_.rows(); ++i) series_(i, 0) += factor * by[i] / system_->scale_[i];
+}
+
 void TaylorArc::move(double tau) {
   for (Index i = 0; i < series_.rows(); ++i) series_(i, 0) = value(i, tau);
 }

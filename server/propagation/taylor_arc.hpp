@@ -75,6 +75,8 @@ class TaylorArc {
   double step_s() const { return system_->step_s(); }
   /// From the state at the beginning: the series under this input.
   void expand(double input);
+  /// The state at the beginning jumps; expand() then makes the series from there.
+  void jump(const Eigen::VectorXd& by, double factor);
   /// Moves the beginning to tau; expand() then makes the series from there.
   void move(double tau);
   void state_at(double tau, std::span<double> state) const;

@@ -9,6 +9,7 @@
 #include "server/actuator/proportional_thrusters.hpp"
 #include "server/control/control_loop.hpp"
 #include "server/control/switching_function.hpp"
+#include "server/guidance/impulse_shaper.hpp"
 #include "server/plant/disturbance.hpp"
 #include "server/plant/single_axis.hpp"
 #include "server/simulation/run.hpp"
@@ -37,6 +38,8 @@ struct AxisSpecification {
   SingleAxisPlant plant;
   SingleAxisManeuver maneuver;
   Disturbances disturbances;
+  ImpulseShaper shaper;           ///< of what is commanded
+  std::vector<Impulse> impulses;  ///< that it makes; none: unshaped
   StopCondition stop = StopCondition::duration;
   SettlingCriterion settling;
   double duration_s = 0;
@@ -60,7 +63,8 @@ struct ProgrammedFiring {
   int direction;  ///< +1 or -1
 };
 
-/// A switching function, or a program, and a pair of on-off thrusters.
+/// A switching function, or a program, and a pair of on-off thrusters. Impulses shape a program's torque;
+/// then the thrusters give parts of it, as proportional ones do.
 struct OnOffAxisSpecification : AxisSpecification {
   SwitchingFunctionParameters law;
   Evaluation evaluation = Evaluation::continuous;
@@ -69,7 +73,8 @@ struct OnOffAxisSpecification : AxisSpecification {
   OnOffPairParameters actuator;
 };
 
-/// Linear feedback through proportional thrusters.
+/// Linear feedback through proportional thrusters. Impulses shape the angle that is commanded: at each of
+/// them it goes its part of the way from the initial to the final one.
 struct LinearAxisSpecification : AxisSpecification {
   LinearFeedback feedback;
   AngleEstimator estimator;
@@ -91,6 +96,15 @@ std::unique_ptr<Run> make_on_off_axis_run(const OnOffAxisSpecification& specific
 std::unique_ptr<Run> make_on_off_axis_verification(const OnOffAxisSpecification& specification);
 
 ControlLoop control_loop(const LinearAxisSpecification& specification);
+
+/// The modes that what is commanded makes vibrate, ascending by frequency: of a torque, the plant's with the
+/// hub free; under a linear law the closed loop's. Those that do not oscillate are left out, and so are all
+/// of them where the plant's have no closed form.
+std::vector<VibratingMode> vibrating_modes(const OnOffAxisSpecification& specification);
+std::vector<VibratingMode> vibrating_modes(const LinearAxisSpecification& specification);
+
+/// The torque of a program as it is flown, in parts of the thrusters' own: shaped, where there are impulses.
+std::vector<HeldCommand> commanded_torque(const OnOffAxisSpecification& specification);
 
 /// Steps of the propagator that the whole duration takes.
 double propagator_steps(const LinearAxisSpecification& specification);

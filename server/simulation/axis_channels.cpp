@@ -29,22 +29,28 @@ ChannelTable axis_channels(std::size_t modes) {
   return table;
 }
 
-ChannelTable linear_axis_channels(std::size_t modes, const AngleEstimator& estimator, bool is_lead) {
+ChannelTable linear_axis_channels(std::size_t modes, const AngleEstimator& estimator, bool is_lead,
+                                  bool is_shaped) {
   ChannelTable table{{{"angle_rad", "rad", "inertial", "theta"},
                       {"rate_rad_s", "rad/s", "inertial", "theta-dot"},
                       {"error_rad", "rad", "inertial", "theta - theta_f"}},
                      {{"torque_N_m", "N m", "body", "torque of the thrusters"}}};
   add_elastic(table, modes);
-  if (is_lead) {
+  if (is_lead)
     table.state.push_back({"lead_state_rad", "rad", "inertial", "xi (Bryson 1994, Eq. 3.4)"});
-    return table;
-  }
-  if (!std::holds_alternative<std::monostate>(estimator))
+  else if (!std::holds_alternative<std::monostate>(estimator))
     table.state.push_back(
         {"estimated_rate_rad_s", "rad/s", "inertial", "q^ (Bryson 1994, Problems 3.2.1, 3.2.3)"});
-  if (std::holds_alternative<SecondOrderAngleEstimator>(estimator))
+  if (!is_lead && std::holds_alternative<SecondOrderAngleEstimator>(estimator))
     table.state.push_back({"estimated_angle_rad", "rad", "inertial", "theta^ (Bryson 1994, Problem 3.2.1)"});
+  if (is_shaped)
+    table.state.push_back({"command_angle_rad", "rad", "inertial", "shaped, from theta_0 to theta_f"});
   return table;
+}
+
+const std::vector<std::string>& linear_axis_event_channels(bool is_shaped) {
+  static const std::vector<std::string> none, impulses{"impulse"};
+  return is_shaped ? impulses : none;
 }
 
 const std::vector<std::string>& axis_event_channels() {

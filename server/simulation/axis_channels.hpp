@@ -19,9 +19,14 @@ ChannelTable axis_channels(std::size_t modes = 0);
 const std::vector<std::string>& axis_event_channels();
 
 /// Of a linear law: angle, rate, error, with elastic modes what axis_channels() has of them, then what is
-/// estimated, or xi of lead compensation.
-ChannelTable linear_axis_channels(std::size_t modes, const AngleEstimator& estimator, bool is_lead);
+/// estimated, or xi of lead compensation; last, where it is shaped, the angle that is commanded.
+ChannelTable linear_axis_channels(std::size_t modes, const AngleEstimator& estimator, bool is_lead,
+                                  bool is_shaped = false);
+/// Of a linear law: the impulses of a shaped command, from 1.
+const std::vector<std::string>& linear_axis_event_channels(bool is_shaped);
 
+/// Index into linear_axis_event_channels().
+inline constexpr std::uint32_t kImpulseEvent = 0;
 /// Indices into axis_event_channels().
 inline constexpr std::uint32_t kThrusterEvent = 0;
 inline constexpr std::uint32_t kEndBoxEvent = 1;

@@ -169,6 +169,7 @@ class RigidDynamics {
   }
   void digest(const Arc&, Digester&) const {}
   void digest(const ConstrainedArc&, Digester&) const {}
+  std::vector<ModeVibration> vibration(const Arc&) const { return {}; }
   void elastic_row(const Arc&, double, std::span<double>) {}
   void elastic_row(const ConstrainedArc&, double, std::span<double>) {}
 
@@ -234,6 +235,18 @@ class FlexibleDynamics {
     held.deflection_at(0, q_, v_);
     for (const double q : q_) digester.real(q);
     for (const double v : v_) digester.real(v);
+  }
+  /// Of the angle in each mode with the hub free, about where the torque of the moment holds it.
+  std::vector<ModeVibration> vibration(const Arc& arc) const {
+    std::vector<ModeVibration> modes;
+    for (std::size_t k = 0; k + basis_->sinusoids() < basis_->size(); ++k) {
+      const std::complex<double> lambda = basis_->lambda()[k];
+      if (lambda.imag() == 0) continue;
+      const auto from_rest = arc.coordinates()[k] - basis_->rest()[k] * arc.torque_N_m();
+      modes.push_back({std::abs(lambda), -lambda.real() / std::abs(lambda),
+                       std::abs(basis_->p_weights()[k] * from_rest) / basis_->inertia_kg_m2()});
+    }
+    return modes;
   }
   /// Momentum, then q, then q'.
   void elastic_row(const Arc& arc, double tau, std::span<double> row) {

@@ -1,6 +1,9 @@
 // The linear closed loop of a single-axis slew (Bryson 1994, section 3.2) by power series. A step is one of
-// the system's own length, cut short by a disturbance that begins, the end of the run, or the rest that stops
-// it. The order of a step is server/doc/step.md's; no law decides anything in between.
+// the system's own length, cut short by a disturbance that begins, an impulse of a shaped command, the end of
+// the run, or the rest that stops it. The order of a step is server/doc/step.md's; no law decides anything in
+// between.
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -40,10 +43,16 @@ std::shared_ptr<const LinearSystem> disturbed(const ControlLoop& loop, const Dis
 Eigen::VectorXd start(const ControlLoop& loop, const LinearAxisSpecification& spec) {
   Eigen::VectorXd state =
       Eigen::VectorXd::Zero(loop.size() + 2 * static_cast<Index>(spec.disturbances.sinusoids.size()));
-  const double error = spec.maneuver.initial_angle_rad - spec.maneuver.final_angle_rad;
+  double error = spec.maneuver.initial_angle_rad - spec.maneuver.final_angle_rad;
+  InitialEstimate estimate = spec.estimate;
+  // Before the first impulse of a shaped command nothing is commanded: the error is from the initial angle.
+  if (!spec.impulses.empty()) {
+    if (estimate.error_rad) *estimate.error_rad -= error;
+    error = 0;
+  }
   state[0] = error;
   state[1] = spec.maneuver.initial_rate_rad_s;
-  const Eigen::VectorXd inside = initial_state(spec.feedback, spec.estimator, error, spec.estimate);
+  const Eigen::VectorXd inside = initial_state(spec.feedback, spec.estimator, error, estimate);
   state.segment(loop.size() - inside.size(), inside.size()) = inside;
   Index s = loop.size();
   for (const Sinusoid& sinusoid : spec.disturbances.sinusoids) {
@@ -51,6 +60,52 @@ Eigen::VectorXd start(const ControlLoop& loop, const LinearAxisSpecification& sp
     state[s++] = sinusoid.amplitude_N_m * std::cos(sinusoid.phase_rad);
   }
   return state;
+}
+
+// What a step of the commanded angle does to the state, of an error that grows by 1: an estimator is told of
+// it, lead compensation is not.
+Eigen::VectorXd command_step(const ControlLoop& loop, const LinearAxisSpecification& spec) {
+  Eigen::VectorXd step =
+      Eigen::VectorXd::Zero(loop.size() + 2 * static_cast<Index>(spec.disturbances.sinusoids.size()));
+  step[0] = 1;
+  const Eigen::VectorXd inside = initial_state(spec.feedback, spec.estimator, 1, {});
+  step.segment(loop.size() - inside.size(), inside.size()) = inside;
+  return step;
+}
+
+// How far the commanded angle has to go yet, before the first impulse and after each: nothing after the last.
+std::vector<double> still_to_go(const LinearAxisSpecification& spec) {
+  if (spec.impulses.empty()) return {0};
+  const double angle = spec.maneuver.final_angle_rad - spec.maneuver.initial_angle_rad;
+  std::vector<double> to_go(spec.impulses.size() + 1, 0);
+  double part = 0;
+  for (std::size_t i = spec.impulses.size(); i-- > 1;)
+    to_go[i] = angle * (part += spec.impulses[i].amplitude);
+  to_go[0] = angle;
+  return to_go;
+}
+
+// Of the angle in each pair of the loop's modes, about where a constant torque holds it. Nothing where the
+// modes are no basis, or where sinusoids drive them.
+std::vector<ModeVibration> vibration_of(const Eigen::MatrixXd& matrix, const Eigen::VectorXd& input,
+                                        double torque_N_m, const Eigen::VectorXd& state) {
+  constexpr double kLeastCondition = 1e-10;
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(matrix);
+  const Eigen::MatrixXcd shapes = solver.eigenvectors();
+  const Eigen::PartialPivLU<Eigen::MatrixXcd> lu(shapes);
+  if (solver.info() != Eigen::Success || !(lu.rcond() > kLeastCondition)) return {};
+  Eigen::VectorXd from_rest = state;
+  if (torque_N_m != 0) from_rest += Eigen::PartialPivLU<Eigen::MatrixXd>(matrix).solve(input * torque_N_m);
+  const Eigen::VectorXcd parts = lu.solve(from_rest.cast<std::complex<double>>());
+  std::vector<ModeVibration> modes;
+  for (Index k = 0; k < parts.size(); ++k) {
+    const std::complex<double> pole = solver.eigenvalues()[k];
+    if (pole.imag() > 0)
+      modes.push_back({std::abs(pole), damping_ratio(pole), 2 * std::abs(shapes(0, k) * parts[k])});
+  }
+  std::sort(modes.begin(), modes.end(),
+            [](const auto& a, const auto& b) { return a.frequency_rad_s < b.frequency_rad_s; });
+  return modes;
 }
 
 // The metrics are taken from the error: near a final angle that is not 0 it would be lost in the angle's
@@ -72,8 +127,7 @@ class LinearAxisRun final : public SteppedRun {
   explicit LinearAxisRun(const LinearAxisSpecification& specification);
 
   const std::vector<std::string>& event_channels() const override {
-    static const std::vector<std::string> none;
-    return none;
+    return linear_axis_event_channels(!spec_->impulses.empty());
   }
   double duration_s() const override { return spec_->duration_s; }
   RunReport report() const override;
@@ -89,6 +143,7 @@ class LinearAxisRun final : public SteppedRun {
 
   void open_step(SampleSink& sink) override;
   void close_step() override;
+  void command(SampleSink& sink);
   Part part_from(double from, double h) const;
   std::optional<double> first_rest(double h) const;
   void fill_row(double t_s, std::span<double> state, std::span<double> thrusters) override;
@@ -98,12 +153,16 @@ class LinearAxisRun final : public SteppedRun {
   const std::shared_ptr<const LinearAxisSpecification> spec_;
   const ControlLoop loop_;
   const int direction_;
-  const Eigen::RowVectorXd torque_row_;  ///< of the whole state
+  const Eigen::RowVectorXd torque_row_;    ///< of the whole state
+  const Eigen::VectorXd command_step_;     ///< of the whole state
+  const std::vector<double> still_to_go_;  ///< rad, before the first impulse and after each
 
   TaylorArc arc_;
   double constant_N_m_ = 0;  ///< of the disturbances
   std::size_t next_disturbance_ = 0;
-  // Steps are counted from the last disturbance, so that their times are no long sums.
+  std::size_t next_impulse_ = 0;
+  double to_go_rad_ = 0;  ///< of the commanded angle: what the loop takes for the error is this much more
+  // Steps are counted from the last disturbance or impulse, so that their times are no long sums.
   double counted_from_s_ = 0;
   std::int64_t counted_ = 0;
 
@@ -125,13 +184,17 @@ LinearAxisRun::LinearAxisRun(const LinearAxisSpecification& specification)
       direction_(slew_direction(specification.maneuver)),
       torque_row_(torque_row(
           loop_, static_cast<std::size_t>(loop_.size()) + 2 * spec_->disturbances.sinusoids.size())),
+      command_step_(command_step(loop_, *spec_)),
+      still_to_go_(still_to_go(*spec_)),
       arc_(disturbed(loop_, spec_->disturbances), start(loop_, *spec_)),
       constant_N_m_(specification.disturbances.constant_N_m),
+      to_go_rad_(still_to_go_.front()),
       whole_(static_cast<std::size_t>(torque_row_.size())),
       metrics_(with_error_as_angle(specification), direction_) {
   report_.propagator.name = "power_series";
   lay_out(linear_axis_channels(spec_->plant.modes.size(), spec_->estimator,
-                               std::holds_alternative<LeadCompensation>(spec_->feedback.law)),
+                               std::holds_alternative<LeadCompensation>(spec_->feedback.law),
+                               !spec_->impulses.empty()),
           spec_->telemetry_period_s, spec_->output_times_s);
   arc_.expand(0);
   digest_state();
@@ -143,6 +206,19 @@ void LinearAxisRun::digest_state() {
   for (const double value : whole_) digester_.real(value);
 }
 
+// Impulses that are due: the commanded angle goes on, and the steps are counted anew.
+void LinearAxisRun::command(SampleSink& sink) {
+  const auto& impulses = spec_->impulses;
+  for (; next_impulse_ < impulses.size() && impulses[next_impulse_].time_s <= t_s_; ++next_impulse_) {
+    const double to_go_rad = still_to_go_[next_impulse_ + 1];
+    arc_.jump(command_step_, to_go_rad - to_go_rad_);
+    to_go_rad_ = to_go_rad;
+    counted_from_s_ = t_s_;
+    counted_ = 0;
+    note(kImpulseEvent, static_cast<std::int32_t>(next_impulse_ + 1), sink);
+  }
+}
+
 void LinearAxisRun::open_step(SampleSink& sink) {
   if (t_s_ >= spec_->duration_s) return finish("duration", sink);
   if (is_at_rest_) return finish("first_rest", sink);
@@ -152,12 +228,16 @@ void LinearAxisRun::open_step(SampleSink& sink) {
     counted_from_s_ = t_s_;
     counted_ = 0;
   }
+  command(sink);
   arc_.expand(constant_N_m_);
   motion_ = {arc_.component(0), arc_.component(1)};
+  motion_.angle.c[0] -= to_go_rad_;
   torque_ = arc_.combination(torque_row_);
   ++counted_;
   end_s_ = std::min(counted_from_s_ + static_cast<double>(counted_) * arc_.step_s(), spec_->duration_s);
   if (next_disturbance_ < steps.size()) end_s_ = std::min(end_s_, steps[next_disturbance_].from_s);
+  if (next_impulse_ < spec_->impulses.size())
+    end_s_ = std::min(end_s_, spec_->impulses[next_impulse_].time_s);
   const double h = end_s_ - t_s_;
   // Nothing can be said of a step on which something overflows, the effort's square being the first to.
   const double size = motion_.angle.slope_bound(h) + motion_.rate.curvature_bound(h) +
@@ -234,18 +314,19 @@ void LinearAxisRun::fill_row(double t_s, std::span<double> state, std::span<doub
   const std::span<const double> moving = std::span(whole_).first(2 + 2 * n);
   const std::span<const double> inside =
       std::span(whole_).subspan(moving.size(), static_cast<std::size_t>(loop_.compensator().size()));
-  const double final_rad = spec_->maneuver.final_angle_rad;
+  const double commanded_rad = spec_->maneuver.final_angle_rad - to_go_rad_;
   std::size_t at = 0;
-  state[at++] = final_rad + whole_[0];
+  state[at++] = commanded_rad + whole_[0];
   state[at++] = whole_[1];
-  state[at++] = whole_[0];
+  state[at++] = whole_[0] - to_go_rad_;
   if (n > 0) {
     state[at++] = momentum_N_m_s(spec_->plant, moving);
     for (const double elastic : moving.subspan(2)) state[at++] = elastic;
   }
   if (std::holds_alternative<LeadCompensation>(spec_->feedback.law)) state[at++] = inside[0];
   if (const auto rate = estimated_rate_rad_s(spec_->estimator, inside, whole_[0])) state[at++] = *rate;
-  if (const auto error = estimated_error_rad(spec_->estimator, inside)) state[at++] = final_rad + *error;
+  if (const auto error = estimated_error_rad(spec_->estimator, inside)) state[at++] = commanded_rad + *error;
+  if (!spec_->impulses.empty()) state[at++] = commanded_rad;
   double torque = 0;
   for (std::size_t i = 0; i < whole_.size(); ++i) torque += torque_row_[static_cast<Index>(i)] * whole_[i];
   thrusters[0] = torque;
@@ -260,8 +341,13 @@ RunReport LinearAxisRun::report() const {
   RunReport report = report_;
   std::vector<double> state(channels().state.size()), thrusters(channels().thrusters.size());
   // A copy, since a row needs room to be made in.
-  LinearAxisRun(*this).fill_row(t_s_, state, thrusters);
+  LinearAxisRun copy(*this);
+  copy.fill_row(t_s_, state, thrusters);
   report.metrics = metrics_.finish(t_s_, state[2], state[1]);
+  if (spec_->disturbances.sinusoids.empty())
+    report.metrics.vibration =
+        vibration_of(loop_.matrix(spec_->feedback.loop_gain), loop_.torque_input(), constant_N_m_,
+                     Eigen::Map<const Eigen::VectorXd>(copy.whole_.data(), loop_.size()));
   report.metrics.final_state = std::move(state);
   report.digest = digester_.digest();
   return report;

@@ -20,8 +20,7 @@ class SundialsLinearRun final : public Run {
 
   const ChannelTable& channels() const override { return channels_; }
   const std::vector<std::string>& event_channels() const override {
-    static const std::vector<std::string> none;
-    return none;
+    return linear_axis_event_channels(!spec_.impulses.empty());
   }
   RunStatus advance(double until_s, std::int64_t max_steps, SampleSink& sink) override;
   double t_s() const override { return t_s_; }
@@ -39,6 +38,7 @@ class SundialsLinearRun final : public Run {
   static int root_functions(sunrealtype t, N_Vector state, sunrealtype* values, void* self);
   double law(const double* state, double* inner_slope) const;
   double disturbance(double t_s) const;
+  void command();
   void fly_to(double stop_s);
 
   const LinearAxisSpecification spec_;
@@ -47,6 +47,8 @@ class SundialsLinearRun final : public Run {
   ErkSolver solver_;
   double t_s_ = 0;
   double held_N_m_ = 0;  ///< of the disturbances, what is constant now
+  double commanded_rad_;
+  std::size_t impulses_ = 0;  ///< that have come
   bool is_fresh_ = true;
   bool has_braked_ = false;
   bool is_over_ = false;
@@ -58,14 +60,20 @@ class SundialsLinearRun final : public Run {
 SundialsLinearRun::SundialsLinearRun(const LinearAxisSpecification& specification)
     : spec_(specification),
       channels_(linear_axis_channels(specification.plant.modes.size(), specification.estimator,
-                                     std::holds_alternative<LeadCompensation>(specification.feedback.law))),
-      direction_(specification.maneuver.final_angle_rad < specification.maneuver.initial_angle_rad ? -1 : 1) {
-  const double error = spec_.maneuver.initial_angle_rad - spec_.maneuver.final_angle_rad;
+                                     std::holds_alternative<LeadCompensation>(specification.feedback.law),
+                                     !specification.impulses.empty())),
+      direction_(specification.maneuver.final_angle_rad < specification.maneuver.initial_angle_rad ? -1 : 1),
+      commanded_rad_(specification.impulses.empty() ? specification.maneuver.final_angle_rad
+                                                    : specification.maneuver.initial_angle_rad) {
+  const double error = spec_.maneuver.initial_angle_rad - commanded_rad_;
   std::vector<double> inner;
   if (std::holds_alternative<LeadCompensation>(spec_.feedback.law))
     inner = {0};
   else if (std::holds_alternative<SecondOrderAngleEstimator>(spec_.estimator))
-    inner = {spec_.estimate.rate_rad_s, spec_.estimate.error_rad.value_or(error)};
+    inner = {spec_.estimate.rate_rad_s,
+             spec_.estimate.error_rad
+                 ? *spec_.estimate.error_rad + (spec_.maneuver.final_angle_rad - commanded_rad_)
+                 : error};
   else if (const auto* first = std::get_if<FirstOrderAngleEstimator>(&spec_.estimator))
     inner = {spec_.estimate.rate_rad_s - first->gain_1_s * error};
 
@@ -76,6 +84,7 @@ SundialsLinearRun::SundialsLinearRun(const LinearAxisSpecification& specificatio
   NV_Ith_S(solver_.state, 1) = spec_.maneuver.initial_rate_rad_s;
   for (std::size_t i = 0; i < inner.size(); ++i)
     NV_Ith_S(solver_.state, static_cast<sunindextype>(inside() + i)) = inner[i];
+  command();
   has_braked_ = direction_ * law(NV_DATA_S(solver_.state), nullptr) < 0;
 
   solver_.memory = ERKStepCreate(&right_hand_side, 0.0, solver_.state, solver_.context);
@@ -94,7 +103,7 @@ SundialsLinearRun::SundialsLinearRun(const LinearAxisSpecification& specificatio
 
 // The torque, and where asked for the derivatives of what is inside the compensator.
 double SundialsLinearRun::law(const double* state, double* inner_slope) const {
-  const double z = state[0] - spec_.maneuver.final_angle_rad, omega = state[1];
+  const double z = state[0] - commanded_rad_, omega = state[1];
   const double* inner = state + inside();
   double commanded = 0, slope[2] = {0, 0};
   if (const auto* lead = std::get_if<LeadCompensation>(&spec_.feedback.law)) {
@@ -118,6 +127,25 @@ double SundialsLinearRun::law(const double* state, double* inner_slope) const {
   const auto size = static_cast<std::size_t>(NV_LENGTH_S(solver_.state)) - inside();
   if (inner_slope) std::copy_n(slope, size, inner_slope);
   return spec_.feedback.loop_gain * commanded;
+}
+
+// Each impulse moves the commanded angle on by its part. Who estimates is told: the estimated angle stays
+// where it is, and so does the estimated rate.
+void SundialsLinearRun::command() {
+  const double change_rad = spec_.maneuver.final_angle_rad - spec_.maneuver.initial_angle_rad;
+  for (; impulses_ < spec_.impulses.size() && spec_.impulses[impulses_].time_s <= t_s_; ++impulses_) {
+    const double step_rad = spec_.impulses[impulses_].amplitude * change_rad;
+    commanded_rad_ += step_rad;
+    if (std::holds_alternative<SecondOrderAngleEstimator>(spec_.estimator))
+      NV_Ith_S(solver_.state, static_cast<sunindextype>(inside() + 1)) -= step_rad;
+    if (const auto* first = std::get_if<FirstOrderAngleEstimator>(&spec_.estimator))
+      NV_Ith_S(solver_.state, static_cast<sunindextype>(inside())) += first->gain_1_s * step_rad;
+    is_fresh_ = true;
+    const SwitchEvent event{t_s_, kImpulseEvent, static_cast<std::int32_t>(impulses_ + 1)};
+    if (report_.events.size() < kReportedEvents) report_.events.push_back(event);
+    ++report_.events_total;
+    ++report_.propagator.events;
+  }
 }
 
 double SundialsLinearRun::disturbance(double t_s) const {
@@ -186,6 +214,8 @@ RunStatus SundialsLinearRun::advance(double, std::int64_t max_steps, SampleSink&
         held += step.torque_N_m;
       else
         stop_s = std::min(stop_s, step.from_s);
+    command();
+    if (impulses_ < spec_.impulses.size()) stop_s = std::min(stop_s, spec_.impulses[impulses_].time_s);
     is_fresh_ = is_fresh_ || held != held_N_m_;
     held_N_m_ = held;
     fly_to(stop_s);
@@ -212,11 +242,12 @@ RunReport SundialsLinearRun::report() const {
   }
   if (std::holds_alternative<LeadCompensation>(spec_.feedback.law)) state.push_back(at(inside()));
   if (const auto* first = std::get_if<FirstOrderAngleEstimator>(&spec_.estimator))
-    state.push_back(at(inside()) + first->gain_1_s * error);
+    state.push_back(at(inside()) + first->gain_1_s * (at(0) - commanded_rad_));
   if (std::holds_alternative<SecondOrderAngleEstimator>(spec_.estimator)) {
     state.push_back(at(inside()));
-    state.push_back(spec_.maneuver.final_angle_rad + at(inside() + 1));
+    state.push_back(commanded_rad_ + at(inside() + 1));
   }
+  if (!spec_.impulses.empty()) state.push_back(commanded_rad_);
   report.digest = digester_.digest();
   return report;
 }

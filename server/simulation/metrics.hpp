@@ -44,6 +44,13 @@ struct LimitCycle {
   double firing_s;  ///< and of its last firing
 };
 
+/// What is left of the vibration of a mode: the amplitude of the angle in it.
+struct ModeVibration {
+  double frequency_rad_s;  ///< undamped
+  double damping_ratio;
+  double residual_rad;
+};
+
 /// The rotation of an antenna on a flexible structure, axis by axis.
 struct AntennaRotation {
   std::array<double, 3> peak_rad{};      ///< largest size
@@ -100,9 +107,10 @@ struct Metrics {
   std::optional<double> kinetic_energy_J;     ///< of rotation, at the end; in three axes
   std::optional<LimitCycle> limit_cycle;      ///< when the last two periods agree within 1 %
   std::optional<double>
-      switching_period_s;        ///< between the last two firings of the same sign, begin to begin
-  std::optional<double> rest_s;  ///< when it came to rest for good, in a mode of rest
-  double sliding_s = 0;          ///< time spent sliding on a switching surface
+      switching_period_s;                ///< between the last two firings of the same sign, begin to begin
+  std::optional<double> rest_s;          ///< when it came to rest for good, in a mode of rest
+  double sliding_s = 0;                  ///< time spent sliding on a switching surface
+  std::vector<ModeVibration> vibration;  ///< at the end; about one axis, of each mode that oscillates
   std::optional<StructureMetrics> structure;
   std::vector<double> final_state;  ///< in the order of the state channels
 };

@@ -79,6 +79,7 @@ class OnOffAxisRun final : public SteppedRun {
   void decide_ideal(SampleSink& sink);
   void command(int u, SampleSink& sink);
   void fire(int u, SampleSink& sink);
+  void throttle(double part, SampleSink& sink);
   void enter_box(bool inside, SampleSink& sink);
   // Edges, friction.
   Edge edge_between(SwitchingSide one, SwitchingSide other) const;
@@ -117,6 +118,7 @@ class OnOffAxisRun final : public SteppedRun {
   double angle() const { return is_held() ? held_.path().angle_rad : dynamics_.begin(arc_).angle_rad; }
   double rate() const { return is_held() ? held_.path().rate_rad_s : dynamics_.begin(arc_).rate_rad_s; }
   double thrust(int u) const { return spec_->actuator.torque_N_m * u; }
+  double thrust_now() const { return thrust(u_) * share_; }
   double friction() const { return spec_->disturbances.friction_N_m; }
   bool is_in_end_box() const { return law_.in_end_box(angle(), rate()); }
   SwitchingSide side_now() const { return law_.side(law_.value(angle(), rate()), side_); }
@@ -127,6 +129,7 @@ class OnOffAxisRun final : public SteppedRun {
   const int direction_;
   const SwitchingFunction law_;
   const double hold_rounding_s_;
+  const std::shared_ptr<const std::vector<HeldCommand>> program_;  ///< shaped where it is to be
 
   // The state x: the beginning of the arc, or of the path the hub is held on.
   typename Dynamics::Arc arc_;
@@ -135,6 +138,7 @@ class OnOffAxisRun final : public SteppedRun {
   // The mode m.
   int commanded_ = 0;
   int u_ = 0;
+  double share_ = 1;  ///< of the full thrust while they fire; less than 1 in a shaped program only
   SwitchingDelay valve_;
   bool in_box_ = false;
   double hold_until_s_ = 0;
@@ -166,6 +170,7 @@ OnOffAxisRun<Dynamics>::OnOffAxisRun(const OnOffAxisSpecification& specification
       direction_(slew_direction(specification.maneuver)),
       law_(specification.law, specification.maneuver.final_angle_rad, direction_),
       hold_rounding_s_(is_sampled() ? 1e-9 * specification.sample_period_s : 0),
+      program_(std::make_shared<const std::vector<HeldCommand>>(commanded_torque(specification))),
       arc_(dynamics_.start()),
       held_(spec_->plant, spec_->disturbances.sinusoids),
       constant_N_m_(specification.disturbances.constant_N_m),
@@ -213,6 +218,17 @@ void OnOffAxisRun<Dynamics>::fire(int u, SampleSink& sink) {
 }
 
 template <typename Dynamics>
+void OnOffAxisRun<Dynamics>::throttle(double part, SampleSink& sink) {
+  const int u = part > 0 ? 1 : part < 0 ? -1 : 0;
+  const double share = u == 0 ? 1 : std::abs(part);
+  if (u == u_ && share == share_) return;
+  metrics_.firing(t_s_, u_, u);
+  commanded_ = u_ = u;
+  share_ = share;
+  note(kThrusterEvent, u, sink);
+}
+
+template <typename Dynamics>
 void OnOffAxisRun<Dynamics>::enter_box(bool inside, SampleSink& sink) {
   if (inside == in_box_) return;
   in_box_ = inside;
@@ -233,11 +249,12 @@ void OnOffAxisRun<Dynamics>::timers(SampleSink& sink) {
   const auto& steps = spec_->disturbances.steps;
   while (next_disturbance_ < steps.size() && steps[next_disturbance_].from_s <= t_s_)
     constant_N_m_ += steps[next_disturbance_++].torque_N_m;
-  const auto& program = spec_->program;
+  const auto& program = *program_;
   while (next_firing_ < program.size() && program[next_firing_].to_s <= t_s_) ++next_firing_;
   if (spec_->evaluation == Evaluation::program) {
     const bool is_on = next_firing_ < program.size() && program[next_firing_].from_s <= t_s_;
-    command(is_on ? program[next_firing_].direction : 0, sink);
+    const double part = is_on ? program[next_firing_].value : 0;
+    spec_->impulses.empty() ? command(static_cast<int>(part), sink) : throttle(part, sink);
   }
 }
 
@@ -483,7 +500,8 @@ bool OnOffAxisRun<Dynamics>::accumulates(Reason ended, const SideCrossing& cross
 template <typename Dynamics>
 std::pair<double, double> OnOffAxisRun<Dynamics>::supply(Contact contact) const {
   const double given = constant_N_m_ - friction() * sense_;
-  if (contact == Contact::stuck) return {given + thrust(u_) - friction(), given + thrust(u_) + friction()};
+  if (contact == Contact::stuck)
+    return {given + thrust_now() - friction(), given + thrust_now() + friction()};
   const double slack = contact == Contact::resting ? friction() : 0;
   return {given + thrust(SwitchingFunction::demand(edge_.upper)) - slack,
           given + thrust(SwitchingFunction::demand(edge_.lower)) + slack};
@@ -531,16 +549,16 @@ void OnOffAxisRun<Dynamics>::look_for_timers() {
   if (!valve_.is_idle()) look_for_time(Reason::valve, valve_.next_s());
   const auto& steps = spec_->disturbances.steps;
   if (next_disturbance_ < steps.size()) look_for_time(Reason::disturbance, steps[next_disturbance_].from_s);
-  const auto& program = spec_->program;
+  const auto& program = *program_;
   if (next_firing_ < program.size()) {
-    const ProgrammedFiring& firing = program[next_firing_];
+    const HeldCommand& firing = program[next_firing_];
     look_for_time(Reason::program, firing.from_s > t_s_ ? firing.from_s : firing.to_s);
   }
 }
 
 template <typename Dynamics>
 void OnOffAxisRun<Dynamics>::open_free_arc(Reason ended, bool stops_at_rest, SampleSink& sink) {
-  dynamics_.push(arc_, thrust(u_) + constant_N_m_ - friction() * sense_);
+  dynamics_.push(arc_, thrust_now() + constant_N_m_ - friction() * sense_);
   if (spec_->evaluation == Evaluation::continuous || is_ideal()) {
     if (!in_box_ && !is_holding())
       if (const auto crossing = next_crossing(ended)) {
@@ -601,6 +619,8 @@ void OnOffAxisRun<Dynamics>::close_step() {
       });
       dynamics_.move(arc_, h);
     }
+    // Throttled, they take less effort than pulsed by the same impulse.
+    if (share_ < 1) metrics_.thrust(0, thrust_now() * thrust_now() * (1 - 1 / share_) * h);
     on_.positive_s += on.positive_s;
     on_.negative_s += on.negative_s;
     t_s_ = end_s_;
@@ -627,11 +647,13 @@ void OnOffAxisRun<Dynamics>::close_step() {
   }
 }
 
-// How long either thruster is on in [t, t + tau]. While they chatter along a line both are, by turns; on an
-// edge only the one outside; at rest only as far as something has to be held.
+// How long either thruster is on in [t, t + tau], a part of its thrust counting as a part of the time. While
+// they chatter along a line both are, by turns; on an edge only the one outside; at rest only as far as
+// something has to be held.
 template <typename Dynamics>
 AxisOnTimes OnOffAxisRun<Dynamics>::on_times(double tau) const {
-  if (contact_ == Contact::free || contact_ == Contact::stuck) return {u_ > 0 ? tau : 0, u_ < 0 ? tau : 0};
+  if (contact_ == Contact::free || contact_ == Contact::stuck)
+    return {u_ > 0 ? share_ * tau : 0, u_ < 0 ? share_ * tau : 0};
   const double impulse = held_.required_impulse(tau) - (constant_N_m_ - friction() * sense_) * tau;
   double net_s = impulse / thrust(1);
   if (contact_ == Contact::resting) {
@@ -660,7 +682,7 @@ void OnOffAxisRun<Dynamics>::fill_row(double t_s, std::span<double> state, std::
 template <typename Dynamics>
 AxisFiring OnOffAxisRun<Dynamics>::firing_at(double tau) const {
   if (contact_ == Contact::free || contact_ == Contact::stuck)
-    return {thrust(u_), u_ > 0 ? 1.0 : 0.0, u_ < 0 ? 1.0 : 0.0};
+    return {thrust_now(), u_ > 0 ? share_ : 0.0, u_ < 0 ? share_ : 0.0};
   double torque = held_.required_torque_at(tau) - (constant_N_m_ - friction() * sense_);
   if (contact_ == Contact::resting)
     torque = std::copysign(std::max(0.0, std::abs(torque) - friction()), torque);
@@ -672,7 +694,7 @@ AxisFiring OnOffAxisRun<Dynamics>::firing_at(double tau) const {
 template <typename Dynamics>
 void OnOffAxisRun<Dynamics>::finish(const char* reason, SampleSink& sink) {
   if (spec_->stop == StopCondition::end_box && in_box_) fire(0, sink);
-  if (!is_held()) dynamics_.push(arc_, thrust(u_) + constant_N_m_ - friction() * sense_);
+  if (!is_held()) dynamics_.push(arc_, thrust_now() + constant_N_m_ - friction() * sense_);
   SteppedRun::finish(reason, sink);
 }
 
@@ -680,6 +702,7 @@ template <typename Dynamics>
 RunReport OnOffAxisRun<Dynamics>::report() const {
   RunReport report = report_;
   report.metrics = metrics_.finish(t_s_, angle(), rate());
+  if (!is_held()) report.metrics.vibration = dynamics_.vibration(arc_);
   // A copy, since a row needs room to be made in.
   OnOffAxisRun copy = *this;
   std::vector<double> state(channels().state.size()), thrusters(channels().thrusters.size());

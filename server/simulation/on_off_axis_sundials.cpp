@@ -36,6 +36,8 @@ enum class Hold { free, sliding, resting, stuck };
 // Switchings of an ideal law nearer to each other than this are not told apart: they have accumulated.
 constexpr double kTogether_s = 1e-5;
 constexpr double kHoldRounding = 1e-9;
+// Edges of a shaped program nearer to each other than this are one.
+constexpr double kEdge_s = 1e-10;
 
 class SundialsOnOffRun final : public Run {
  public:
@@ -69,6 +71,8 @@ class SundialsOnOffRun final : public Run {
   double lower_guard() const { return lower_rad_ - half_ + (side_ < 0 ? spec_.law.hysteresis_rad : 0); }
   double next_timer() const;
   void timers();
+  double programmed(double t_s) const;
+  void throttle(double part);
   void order(int u);
   int wanted(double s_rad) const;
   int side_ahead() const;
@@ -101,6 +105,7 @@ class SundialsOnOffRun final : public Run {
   double t_s_ = 0;
   int ordered_ = 0;
   int u_ = 0;
+  double share_ = 1;                              ///< of the thrust, while they fire
   std::deque<std::pair<double, int>> under_way_;  ///< orders that wait for the valves
   bool in_box_ = false;
   bool is_fresh_ = true;  ///< the torque or a guard changed, or nothing has been flown yet
@@ -192,7 +197,7 @@ int SundialsOnOffRun::right_hand_side(sunrealtype t, N_Vector state, N_Vector sl
   const std::size_t size = 2 + 2 * run.spec_.plant.modes.size();
   const std::span<const double> x(NV_DATA_S(state), size);
   const double torque = run.hold_ == Hold::free
-                            ? run.spec_.actuator.torque_N_m * run.u_ + run.unheld_torque(t)
+                            ? run.spec_.actuator.torque_N_m * run.u_ * run.share_ + run.unheld_torque(t)
                             : run.holding_torque(t, x) + run.unheld_torque(t);
   derivative<double>(run.spec_.plant, x, torque, std::span<double>(NV_DATA_S(slope), size));
   return 0;
@@ -218,7 +223,7 @@ double SundialsOnOffRun::holding_torque(double t_s, std::span<const double> stat
 
 std::pair<double, double> SundialsOnOffRun::holding_range(Hold hold) const {
   const double thrust = spec_.actuator.torque_N_m, friction = spec_.disturbances.friction_N_m;
-  if (hold == Hold::stuck) return {thrust * u_ - friction, thrust * u_ + friction};
+  if (hold == Hold::stuck) return {thrust * u_ * share_ - friction, thrust * u_ * share_ + friction};
   const bool is_line = lower_rad_ == upper_rad_;
   // At rest the ends belong to the range: no thrust at all may be what holds it.
   const double slack = hold == Hold::resting ? friction + kHoldRounding * thrust : 0;
@@ -293,10 +298,32 @@ void SundialsOnOffRun::timers() {
   for (const StepDisturbance& step : spec_.disturbances.steps)
     if (step.from_s == t_s_) is_fresh_ = true;
   if (spec_.evaluation != Evaluation::program) return;
-  int u = 0;
-  for (const ProgrammedFiring& firing : spec_.program)
-    if (firing.from_s <= t_s_ && t_s_ < firing.to_s) u = firing.direction;
-  order(u);
+  spec_.impulses.empty() ? order(static_cast<int>(programmed(t_s_))) : throttle(programmed(t_s_ + kEdge_s));
+}
+
+// Every firing once for each impulse, as large as that is.
+double SundialsOnOffRun::programmed(double t_s) const {
+  double part = 0;
+  const std::vector<Impulse> unshaped{{0, 1}};
+  for (const Impulse& impulse : spec_.impulses.empty() ? unshaped : spec_.impulses)
+    for (const ProgrammedFiring& firing : spec_.program)
+      if (firing.from_s + impulse.time_s <= t_s && t_s < firing.to_s + impulse.time_s)
+        part += impulse.amplitude * firing.direction;
+  return part;
+}
+
+void SundialsOnOffRun::throttle(double part) {
+  const int u = part > 0 ? 1 : part < 0 ? -1 : 0;
+  if (u == u_ && (u == 0 || std::abs(part) == share_)) return;
+  share_ = u == 0 ? 1 : std::abs(part);
+  u_ = ordered_ = u;
+  is_fresh_ = true;
+  if (u == -direction_) has_braked_ = true;
+  if (u != 0) {
+    ++metrics_.firings.total;
+    ++metrics_.firings.per_thruster[u > 0 ? 0 : 1];
+  }
+  note(kThrusterEvent, u);
 }
 
 double SundialsOnOffRun::next_timer() const {
@@ -308,8 +335,13 @@ double SundialsOnOffRun::next_timer() const {
   if (!under_way_.empty()) at(under_way_.front().first);
   for (const StepDisturbance& step : spec_.disturbances.steps) at(step.from_s);
   for (const ProgrammedFiring& firing : spec_.program) {
-    at(firing.from_s);
-    at(firing.to_s);
+    if (spec_.impulses.empty()) {
+      at(firing.from_s);
+      at(firing.to_s);
+    }
+    for (const Impulse& impulse : spec_.impulses)
+      for (const double edge_s : {firing.from_s, firing.to_s})
+        if (edge_s + impulse.time_s > t_s_ + kEdge_s) at(edge_s + impulse.time_s);
   }
   return next_s;
 }
@@ -456,7 +488,7 @@ bool SundialsOnOffRun::leads_into_box() const {
   if (!spec_.law.end_box) return false;
   const EndBox& box = *spec_.law.end_box;
   const double error = angle() - spec_.maneuver.final_angle_rad;
-  const double motion = acceleration(spec_.actuator.torque_N_m * u_);
+  const double motion = acceleration(spec_.actuator.torque_N_m * u_ * share_);
   const auto is_or_gets_within = [](double value, double limit, double slope) {
     if (std::abs(std::abs(value) - limit) < 1e-10 * limit) return value > 0 ? slope < 0 : slope > 0;
     return std::abs(value) < limit;
@@ -527,8 +559,8 @@ void SundialsOnOffRun::fly_to(double stop_s) {
   ++report_.propagator.steps;
   const double h = t_s_ - from_s;
   if (u_ != 0) {
-    metrics_.thruster_on_time_s.total += h;
-    metrics_.thruster_on_time_s.per_thruster[u_ > 0 ? 0 : 1] += h;
+    metrics_.thruster_on_time_s.total += share_ * h;
+    metrics_.thruster_on_time_s.per_thruster[u_ > 0 ? 0 : 1] += share_ * h;
   } else if (hold_ == Hold::sliding && lower_rad_ == upper_rad_) {
     metrics_.thruster_on_time_s.total += h;
   } else if (hold_ == Hold::sliding || hold_ == Hold::resting) {

@@ -51,21 +51,12 @@ struct SensorGroup {
   bool sees_displacement = true, sees_rate = true;
 };
 
-enum class ShaperType { none, zero_vibration, zero_vibration_and_derivative };
-
-struct KnownMode {
-  double frequency_rad_s = 0;
-  double damping_ratio = 0;
-};
-
-/// Sine-squared pulses, shaped for some modes of the design model, and for others that are known.
+/// Sine-squared pulses, shaped for some modes of the design model with the hub free, and for others.
 struct StructureGuidance {
   double torque_N_m = 1;
   double pulse_rad_s = 1;
   double angle_rad = 0;
-  ShaperType shaper = ShaperType::none;
-  std::vector<Eigen::Index> shaped_modes;  ///< from 0, hub free
-  std::vector<KnownMode> known_modes;
+  ImpulseShaper shaper;
   ZeroOrderLoads loads = ZeroOrderLoads::all;
 };
 

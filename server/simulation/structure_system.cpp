@@ -28,30 +28,11 @@ auto part_of(StructurePart part, const Make& make) {
 
 std::vector<Impulse> impulses_for(const StructureGuidance& guidance, const ReducedStructure& design,
                                   double alpha_1_s, double beta_s) {
-  std::vector<Impulse> all;
-  if (guidance.shaper == ShaperType::none) return all;
-  std::vector<KnownMode> modes = guidance.known_modes;
-  if (!guidance.shaped_modes.empty()) {
-    const FreeModes free = free_modes(design);
-    for (const Index mode : guidance.shaped_modes) {
-      if (mode >= free.frequency_rad_s.size())
-        throw std::invalid_argument("the design model has only " +
-                                    std::to_string(free.frequency_rad_s.size()) + " modes to shape for");
-      const double frequency = free.frequency_rad_s[mode];
-      modes.push_back({frequency, damping_ratio(alpha_1_s, beta_s, frequency)});
-    }
-  }
-  for (const KnownMode& mode : modes) {
-    if (!(mode.damping_ratio < 1))
-      throw std::invalid_argument(
-          "a mode that does not oscillate cannot be shaped for: its damping ratio is " +
-          std::to_string(mode.damping_ratio));
-    const auto impulses = guidance.shaper == ShaperType::zero_vibration
-                              ? zero_vibration(mode.frequency_rad_s, mode.damping_ratio)
-                              : zero_vibration_and_derivative(mode.frequency_rad_s, mode.damping_ratio);
-    all = all.empty() ? impulses : convolved(all, impulses);
-  }
-  return all;
+  if (!guidance.shaper.is_there()) return {};
+  std::vector<VibratingMode> modes;
+  for (const double frequency : free_modes(design).frequency_rad_s)
+    modes.push_back({frequency, damping_ratio(alpha_1_s, beta_s, frequency)});
+  return impulses_of(guidance.shaper, modes);
 }
 
 SineSquaredSlew command_of(const StructureSpecification& spec, const SlewingStructure& structure,

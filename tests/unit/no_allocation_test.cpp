@@ -114,6 +114,19 @@ TEST(NoAllocation, InAStepOfALinearLoop) {
   spec.stop = StopCondition::first_rest;
   spec.telemetry_period_s = 0.01;
   EXPECT_EQ(allocations_of(*make_linear_axis_run(spec)), 0);
+  spec.impulses = zero_vibration_and_derivative(2, 0.1);
+  EXPECT_EQ(allocations_of(*make_linear_axis_run(spec)), 0);
+}
+
+TEST(NoAllocation, InAStepOfAShapedProgram) {
+  auto spec = test::flexible_slew(1, 1);
+  spec.evaluation = Evaluation::program;
+  spec.law.end_box.reset();
+  spec.program = {{0, 1, 1}, {1, 2, -1}};
+  spec.impulses = zero_vibration_and_derivative(2, 0.1);
+  spec.duration_s = 10;
+  spec.telemetry_period_s = 0.01;
+  EXPECT_EQ(allocations_of(spec), 0);
 }
 
 TEST(NoAllocation, InTheAllocationOfTorque) {

@@ -72,9 +72,7 @@ inline StructureSpecification scole_slew() {
   spec.guidance = {.torque_N_m = 20 * kFootPound_N_m,
                    .pulse_rad_s = 4,
                    .angle_rad = std::numbers::pi / 6,
-                   .shaper = ShaperType::zero_vibration,
-                   .shaped_modes = {0},
-                   .known_modes = {},
+                   .shaper = {ShaperType::zero_vibration, {0}, {}},
                    .loads = ZeroOrderLoads::all};
   spec.actuators = {{"shuttle_force", along(0, 0, 3)},
                     {"shuttle_torque", along(0, 3, 3)},
