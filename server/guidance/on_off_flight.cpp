@@ -9,10 +9,12 @@ namespace slew {
 
 namespace {
 
-// x = (q, w, Y): Y holds kColumns columns of (phi, dw). A free body needs three, the changes of the rate.
-template <int kColumns>
+// x = (q, w, Y): Y holds kColumns columns of (phi, dw), and kForced of the forced response. A free body needs
+// three, the changes of the rate.
+template <int kColumns, int kForced = 0>
 struct Variation {
-  static constexpr int kSize = 7 + 6 * kColumns;
+  static constexpr int kSize = 7 + 6 * (kColumns + kForced);
+  static constexpr bool kHasResponse = kForced > 0;
   using State = Eigen::Matrix<double, kSize, 1>;
 
   explicit Variation(const ManeuverBody& given) : body(given) {}
@@ -29,13 +31,14 @@ struct Variation {
     dx.template head<4>() = rate.attitude_1_s;
     dx.template segment<3>(4) = rate.acceleration_rad_s2;
     const VariationalRate change = variational_rate(body, q, w);
-    for (int column = 0; column < kColumns; ++column) {
+    for (int column = 0; column < kColumns + kForced; ++column) {
       const auto y = x.template segment<6>(7 + 6 * column);
       auto dy = dx.template segment<6>(7 + 6 * column);
       dy.template head<3>() = change.turn * y.template tail<3>();
       dy.template tail<3>() = change.rate * y.template tail<3>();
       if constexpr (kColumns == 6) dy.template tail<3>() += change.attitude * y.template head<3>();
     }
+    for (int forced = 0; forced < kForced; ++forced) dx[7 + 6 * (kColumns + forced) + 3 + forced] += 1;
   }
 
   State start(const RigidState& given) const {
@@ -56,11 +59,16 @@ struct Variation {
       point.transition.col(column + 6 - kColumns) = x.template segment<6>(7 + 6 * column);
     return point;
   }
+
+  static Eigen::Matrix<double, 6, 3> response(const State& x) {
+    return Eigen::Map<const Eigen::Matrix<double, 6, 3>>(x.data() + 7 + 6 * kColumns);
+  }
 };
 
 // A sphere under a constant torque: its rate is linear in time and changes of it stay what they are, so that
 // of Y only the integral of C^T is left. x = (q, w, that integral).
 struct SphereVariation {
+  static constexpr bool kHasResponse = false;
   using State = Eigen::Matrix<double, 16, 1>;
 
   explicit SphereVariation(const ManeuverBody& given) : body(given) {}
@@ -132,6 +140,7 @@ void OnOffFlight::fly_as(const OnOffProgram& program, const RigidState& start, d
                          bool with_middles) {
   switches_.clear();
   points_.clear();
+  responses_.clear();
   switch_points_.clear();
   control_.resize(static_cast<Eigen::Index>(program.controls.size()));
   for (std::size_t i = 0; i < program.controls.size(); ++i) {
@@ -146,7 +155,11 @@ void OnOffFlight::fly_as(const OnOffProgram& program, const RigidState& start, d
   Moving variation(*body_);
   typename Moving::State x = variation.start(start);
   double t = 0;
-  points_.push_back(Moving::point(t, x));
+  const auto see = [&](double at_s) {
+    points_.push_back(Moving::point(at_s, x));
+    if constexpr (Moving::kHasResponse) responses_.push_back(Moving::response(x));
+  };
+  see(t);
   for (std::size_t k = 0; k <= switches_.size(); ++k) {
     const double to = k == switches_.size() ? program.end_s : switches_[k].time_s;
     const double length = to - t;
@@ -164,11 +177,11 @@ void OnOffFlight::fly_as(const OnOffProgram& program, const RigidState& start, d
         cooper_verner_step(variation, h, x);
         const bool is_last = i + 1 == steps;
         const bool is_middle = with_middles && 2 * (i + 1) == steps;
-        if (!is_last && (finest_s > 0 || is_middle)) points_.push_back(Moving::point(t + (i + 1) * h, x));
+        if (!is_last && (finest_s > 0 || is_middle)) see(t + (i + 1) * h);
       }
     }
     t = to;
-    points_.push_back(Moving::point(t, x));
+    see(t);
     if (k == switches_.size()) break;
     switch_points_.push_back(points_.size() - 1);
     control_[switches_[k].control] = switches_[k].after;
@@ -187,6 +200,13 @@ void OnOffFlight::fly(const OnOffProgram& program, const RigidState& start, doub
 
 void OnOffFlight::fly(const OnOffProgram& program, const RigidState& start, bool with_middles) {
   fly(program, start, 0, with_middles);
+}
+
+void OnOffFlight::fly_with_response(const OnOffProgram& program, const RigidState& start, bool with_middles) {
+  if (body_->plant.is_free())
+    fly_as<Variation<3, 3>>(program, start, 0, with_middles);
+  else
+    fly_as<Variation<6, 3>>(program, start, 0, with_middles);
 }
 
 void OnOffFlight::fly_finely(const OnOffProgram& program, const RigidState& start, double finest_s) {

@@ -77,12 +77,12 @@ void choose_among_free(const RigidManeuverPlant& plant, const std::vector<Look>&
 ManeuverMultipliers fit_multipliers(const SwitchTimeProgram& program, const OnOffProgram& maneuver,
                                     bool is_consumption_active) {
   const SwitchTimeProgram::Slopes slopes = program.slopes(maneuver);
-  const Eigen::Index n = program.switches() + 1;
+  const Eigen::Index n = program.parameter_count();
   const Eigen::Index unknowns = is_consumption_active ? 7 : 6;
   Eigen::MatrixXd conditions(n, unknowns);
   conditions.leftCols(6) = slopes.error_slope.transpose();
   if (is_consumption_active) conditions.col(6) = slopes.consumption_slope;
-  const Eigen::VectorXd right = -Eigen::VectorXd::Unit(n, n - 1);
+  const Eigen::VectorXd right = -Eigen::VectorXd::Unit(n, program.time_at());
   // Rows and unknowns of like size: controls may differ by powers of ten in strength.
   Eigen::VectorXd rows = conditions.rowwise().norm().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = rows.cwiseInverse().asDiagonal() * conditions;

@@ -10,10 +10,6 @@ namespace slew {
 
 namespace {
 
-// Of the Hamiltonian, which is -1.
-constexpr double kSignsRight = 1e-4;
-constexpr double kConditionsMet = 1e-5;
-
 // Of the maneuver's time: optima that differ by less, and by no more than each of them may still save, are
 // one.
 constexpr double kMostSlack = 1e-4;
@@ -22,23 +18,6 @@ std::vector<int> switch_counts(const OnOffProgram& program) {
   std::vector<int> counts;
   for (const auto& times : program.switch_times_s) counts.push_back(static_cast<int>(times.size()));
   return counts;
-}
-
-// Of the maneuver's time: what may be saved by more segments is not worth them.
-constexpr double kNothingToSave = 5e-6;
-
-bool saves_next_to_nothing(const OnOffSolution& solution) {
-  return !solution.is_rate_active && solution.signs.saving_s < kNothingToSave * solution.maneuver.end_s;
-}
-
-bool is_extremal(const OnOffSolution& solution) {
-  return saves_next_to_nothing(solution) && solution.residual < kConditionsMet &&
-         solution.signs.worst < kSignsRight;
-}
-
-// Costates that fit less well say less of the signs.
-bool is_nearly_extremal(const OnOffSolution& solution) {
-  return saves_next_to_nothing(solution) && solution.residual < 1e-3;
 }
 
 OnOffProgram given_start(const ManeuverProblem& problem, const ManeuverStarts& starts) {
@@ -127,8 +106,13 @@ bool search_on_off(const ManeuverProblem& problem, const ManeuverBody& body, con
        slots *= 2)
     take(search.descend(starts.about_the_eigenaxis(slots), std::numeric_limits<double>::infinity()));
   if (best && !is_fixed && !budget.is_spent()) {
-    const OnOffSolution refined = search.refine(*best);
-    if (refined.violation <= std::max(best->violation, 1e-7)) best = refined;
+    const auto throttled =
+        body.plant.is_on_off || is_extremal(*best) ? std::nullopt : search.throttled(*best);
+    if (throttled) best = *throttled;
+    if (!throttled || !is_extremal(*best)) {
+      const OnOffSolution refined = search.refine(*best);
+      if (refined.violation <= std::max(best->violation, 1e-7)) best = refined;
+    }
     if (!plan.log.optima.empty())
       budget.met(plan.log, best->maneuver.end_s, kMostSlack * best->maneuver.end_s,
                  switch_counts(best->maneuver), is_extremal(*best));

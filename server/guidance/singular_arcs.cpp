@@ -1,0 +1,152 @@
+#include "server/guidance/singular_arcs.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace slew {
+
+namespace {
+
+// Of the Hamiltonian, which is -1: so little may another value of the control change it along an arc.
+constexpr double kIndifferent = 1e-3;
+// Of the maneuver's time: shorter arcs are none.
+constexpr double kShortestArc = 5e-3;
+
+// By how much the second best of a control's values is worse than the best.
+double difference(const RigidManeuverPlant& plant, Eigen::Index i, double switching, double price) {
+  const double least = plant.least_control[i], most = plant.most_control[i];
+  std::array<double, 3> hamiltonian = {
+      switching * least + price * std::abs(least), 0, switching * most + price * std::abs(most)};
+  std::sort(hamiltonian.begin(), hamiltonian.end());
+  return hamiltonian[1] - hamiltonian[0];
+}
+
+}  // namespace
+
+bool is_throttled_at(const RigidManeuverPlant& plant, const OnOffProgram& maneuver, std::size_t control,
+                     double time_s) {
+  const std::vector<double>& times = maneuver.switch_times_s[control];
+  const auto passed = std::upper_bound(times.begin(), times.end(), time_s) - times.begin();
+  return is_throttled(plant, control, maneuver.controls[control][static_cast<std::size_t>(passed)]);
+}
+
+std::vector<SingularArc> likely_arcs(const RigidManeuverPlant& plant, const OnOffProgram& maneuver,
+                                     const SignTest& signs) {
+  std::vector<SingularArc> arcs;
+  const double indifferent = std::max(kIndifferent, 2 * signs.worst);
+  for (std::size_t control = 0; control < maneuver.controls.size(); ++control) {
+    const auto i = static_cast<Eigen::Index>(control);
+    const double price = plant.consumption(i) * signs.multipliers.consumption;
+    const std::vector<double>& switches = maneuver.switch_times_s[control];
+    const std::vector<double>& values = maneuver.controls[control];
+    std::vector<SingularArc> found;
+    for (std::size_t k = 0; k < values.size(); ++k)
+      if (is_throttled(plant, control, values[k]))
+        found.push_back({control, k == 0 ? 0 : switches[k - 1], k == switches.size() ? maneuver.end_s : switches[k]});
+    std::vector<double> marks = switches;
+    for (const SignViolation& violation : signs.violations)
+      if (violation.control == control) marks.insert(marks.end(), {violation.from_s, violation.to_s});
+    std::sort(marks.begin(), marks.end());
+    for (std::size_t p = 0; p < signs.times_s.size();) {
+      if (difference(plant, i, signs.switching[p][i], price) > indifferent) {
+        ++p;
+        continue;
+      }
+      std::size_t q = p;
+      while (q + 1 < signs.times_s.size() && difference(plant, i, signs.switching[q + 1][i], price) <= indifferent)
+        ++q;
+      const auto first = std::lower_bound(marks.begin(), marks.end(), signs.times_s[p]);
+      const auto last = std::upper_bound(marks.begin(), marks.end(), signs.times_s[q]);
+      if (last - first >= 2) found.push_back({control, *first, *(last - 1)});
+      p = q + 1;
+    }
+    std::sort(found.begin(), found.end(),
+              [](const SingularArc& a, const SingularArc& b) { return a.from_s < b.from_s; });
+    std::vector<SingularArc> joined;
+    const double shortest = kShortestArc * maneuver.end_s;
+    for (const SingularArc& arc : found) {
+      if (!joined.empty() && arc.from_s <= joined.back().to_s + 0.1 * shortest)
+        joined.back().to_s = std::max(joined.back().to_s, arc.to_s);
+      else
+        joined.push_back(arc);
+    }
+    for (const SingularArc& arc : joined) {
+      std::vector<double> others;
+      for (std::size_t j = 0; j < maneuver.controls.size(); ++j)
+        for (const double time : maneuver.switch_times_s[j])
+          if (j != control && !(is_throttled_at(plant, maneuver, j, time)) && time > arc.from_s + shortest &&
+              time < arc.to_s - shortest && (others.empty() || time > others.back() + shortest))
+            others.push_back(time);
+      std::sort(others.begin(), others.end());
+      if (others.size() > 3) others.clear();
+      double from = arc.from_s;
+      others.push_back(arc.to_s);
+      for (const double to : others) {
+        if (to - from > shortest) arcs.push_back({control, from, to});
+        from = to;
+      }
+    }
+  }
+  return arcs;
+}
+
+void throttle(const RigidManeuverPlant& plant, const SingularArc& arc, std::size_t pieces,
+              OnOffProgram& program) {
+  std::vector<double>& values = program.controls[arc.control];
+  std::vector<double>& times = program.switch_times_s[arc.control];
+  const auto i = static_cast<Eigen::Index>(arc.control);
+  // The parabola nearest to the control, in x = -1 to 1, by the moments of its segments.
+  const double middle = 0.5 * (arc.from_s + arc.to_s), half = 0.5 * (arc.to_s - arc.from_s);
+  Eigen::Vector3d moments = Eigen::Vector3d::Zero();
+  bool has_levels = false;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const double from = std::max(k == 0 ? 0 : times[k - 1], arc.from_s);
+    const double to = std::min(k == times.size() ? program.end_s : times[k], arc.to_s);
+    if (!(to > from)) continue;
+    has_levels = has_levels || is_throttled(plant, arc.control, values[k]);
+    const double a = (from - middle) / half, b = (to - middle) / half;
+    moments += values[k] * Eigen::Vector3d(b - a, (b * b - a * a) / 2, (b * b * b - a * a * a) / 3);
+  }
+  Eigen::Matrix3d squares;
+  squares << 2, 0, 2.0 / 3, 0, 2.0 / 3, 0, 2.0 / 3, 0, 2.0 / 5;
+  const Eigen::Vector3d parabola = squares.inverse() * moments;
+  std::vector<double> levels, bounds;
+  const double reach = 0.5 * (plant.most_control[i] - plant.least_control[i]);
+  const double centre = 0.5 * (plant.most_control[i] + plant.least_control[i]);
+  for (std::size_t k = 0; k < pieces; ++k) {
+    const double x = (2 * static_cast<double>(k) + 1) / static_cast<double>(pieces) - 1;
+    double level = parabola[0] + x * (parabola[1] + x * parabola[2]);
+    if (has_levels) {
+      const double piece = 2 * half / static_cast<double>(pieces), from = arc.from_s + static_cast<double>(k) * piece;
+      level = 0;
+      for (std::size_t j = 0; j < values.size(); ++j) {
+        const double begin = std::max(j == 0 ? 0 : times[j - 1], from);
+        const double end = std::min(j == times.size() ? program.end_s : times[j], from + piece);
+        if (end > begin) level += values[j] * (end - begin) / piece;
+      }
+    }
+    level = std::clamp(level, centre - 0.9 * reach, centre + 0.9 * reach);
+    if (level == 0) level = 1e-3 * reach;  // zero would be a coast
+    levels.push_back(level);
+  }
+  std::vector<double> new_values, new_times;
+  const auto add = [&](double value, double from) {
+    if (!new_values.empty()) new_times.push_back(from);
+    new_values.push_back(value);
+  };
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const double from = k == 0 ? 0 : times[k - 1];
+    if (from < arc.from_s) add(values[k], from);
+  }
+  for (std::size_t k = 0; k < pieces; ++k)
+    add(levels[k], arc.from_s + 2 * half * static_cast<double>(k) / static_cast<double>(pieces));
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const double from = k == 0 ? 0 : times[k - 1], to = k == times.size() ? program.end_s : times[k];
+    if (to > arc.to_s) add(values[k], std::max(from, arc.to_s));
+  }
+  values = std::move(new_values);
+  times = std::move(new_times);
+}
+
+}  // namespace slew
