@@ -1,6 +1,7 @@
 #include "server/guidance/newton_program.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -61,14 +62,19 @@ bool meet(const NonlinearProgram& program, const Eigen::VectorXd& reach, double 
   return violation_of(values) <= met;
 }
 
-// Of the Lagrangian, made positive: along the constraints by taking sizes, across them by adding to it.
-Eigen::MatrixXd positive_curvature(Eigen::MatrixXd curvature, const Eigen::MatrixXd& slope) {
-  curvature = (0.5 * (curvature + curvature.transpose())).eval();
-  const double size = std::max(curvature.cwiseAbs().maxCoeff(), 1e-6);
-  curvature += 10 * size / std::max(slope.squaredNorm(), 1e-12) * (slope.transpose() * slope);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(curvature);
+// Of the Lagrangian, made positive: along the constraints, where steps go, by taking sizes.
+Eigen::MatrixXd positive_curvature(const Eigen::MatrixXd& curvature, const Eigen::MatrixXd& slope) {
+  const Eigen::Index n = curvature.rows();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> factors(slope.transpose());
+  const Eigen::Index rank = factors.rank();
+  const Eigen::MatrixXd basis = factors.householderQ() * Eigen::MatrixXd::Identity(n, n);
+  const auto across = basis.leftCols(rank), along = basis.rightCols(n - rank);
+  const Eigen::MatrixXd reduced = along.transpose() * curvature * along;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (reduced + reduced.transpose()));
+  const double size = std::max(eigen.eigenvalues().cwiseAbs().maxCoeff(), 1e-6);
   const Eigen::VectorXd sizes = eigen.eigenvalues().cwiseAbs().cwiseMax(kLeastCurvature * size);
-  return eigen.eigenvectors() * sizes.asDiagonal() * eigen.eigenvectors().transpose();
+  const Eigen::MatrixXd vectors = along * eigen.eigenvectors();
+  return vectors * sizes.asDiagonal() * vectors.transpose() + size * (across * across.transpose());
 }
 
 }  // namespace
@@ -84,6 +90,7 @@ SequentialResult minimize_by_newton(const NonlinearProgram& program, Eigen::Vect
   const bool is_met = meet(program, options.reach, options.met, z, values, result.evaluations);
   result.at = z;
   result.violation = violation_of(values);
+  if (std::getenv("SLEW_DEBUG2")) std::printf("    met %d %.2e ev %d\n", is_met, result.violation, result.evaluations);
   if (!is_met) return result;
   Eigen::VectorXd multipliers;
   double part = 1;
@@ -123,6 +130,7 @@ SequentialResult minimize_by_newton(const NonlinearProgram& program, Eigen::Vect
       const auto quadratic = quadratic_of(positive);
       const auto step = solve(quadratic);
       if (!step) {
+        if (std::getenv("SLEW_DEBUG2")) std::printf("    it %d part %.2e no qp\n", iteration, part);
         part *= 0.25;
         continue;
       }
@@ -131,8 +139,10 @@ SequentialResult minimize_by_newton(const NonlinearProgram& program, Eigen::Vect
       Eigen::VectorXd next = (z + change).cwiseMax(program.least).cwiseMin(program.most);
       program.evaluate(next, moved);
       ++result.evaluations;
+      const int evb = result.evaluations;
       const bool is_there = meet(program, part * options.reach, options.met, next, moved, result.evaluations);
       const double gain = values.objective - moved.objective;
+      if (std::getenv("SLEW_DEBUG2")) std::printf("    it %d part %.2e expected %.3e gain %.3e there %d (%d) |dx| %.2e mneg %.2e\n", iteration, part, expected, gain, is_there, result.evaluations - evb, change.cwiseQuotient(options.reach).cwiseAbs().maxCoeff(), Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(positive).eigenvalues()[0]);
       if (is_there && gain > 1e-3 * expected - 1e-13) {
         has_moved = true;
         multipliers = step->multipliers;

@@ -270,16 +270,37 @@ std::optional<OnOffProgram> OnOffSearch::optimize_levels(const OnOffProgram& sta
   evaluations_ += result.evaluations;
   ++solved_;
   if (!(result.violation <= kMet)) return std::nullopt;
-  OnOffProgram maneuver = program.program(result.at);
-  for (std::size_t i = 0; i < maneuver.controls.size(); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    const double least = body_->plant.least_control[row], most = body_->plant.most_control[row];
-    for (double& u : maneuver.controls[i]) {
-      if (u > most - 1e-6 * (most - least)) u = most;
-      if (u < least + 1e-6 * (most - least)) u = least;
+  return program.program(result.at);
+}
+
+// Levels near a bound become the bound, short segments nothing, and Newton's method does the rest. How near
+// and how short: until it gets there.
+OnOffSolution OnOffSearch::settled(const OnOffProgram& maneuver) {
+  constexpr double kPolished = 1e-8;
+  std::optional<OnOffSolution> best;
+  for (const double near : {1e-6, 1e-4, 1e-3, 1e-2}) {
+    OnOffProgram cleaned = maneuver;
+    for (std::size_t i = 0; i < cleaned.controls.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      const double least = body_->plant.least_control[row], most = body_->plant.most_control[row];
+      for (double& u : cleaned.controls[i]) {
+        if (u > most - near * (most - least)) u = most;
+        if (u < least + near * (most - least)) u = least;
+      }
     }
+    cleaned = without_short_segments(cleaned, std::max(kVanished, 0.1 * near) * maneuver.end_s);
+    const SwitchTimeProgram program(*problem_, *body_, cleaned);
+    if (program.parameter_count() < 6) break;
+    cleaned = program.program(finished(program, program.variables(cleaned)));
+    const OnOffSolution projected = judge(cleaned, 80);
+    const OnOffSolution newton = polished(projected);
+    const OnOffSolution& found = sound(newton, projected);
+    if (!best || (found.violation <= kMet && found.residual < best->residual &&
+                  found.maneuver.end_s < best->maneuver.end_s * (1 + 1e-7)))
+      best = found;
+    if (best->violation <= kMet && best->residual < kPolished) break;
   }
-  return maneuver;
+  return *best;
 }
 
 std::optional<OnOffSolution> OnOffSearch::throttled(const OnOffSolution& solution) {
@@ -298,12 +319,8 @@ std::optional<OnOffSolution> OnOffSearch::throttled(const OnOffSolution& solutio
     const int before = evaluations_;
     auto maneuver = optimize_levels(start);
     if (!maneuver) { if (debug) std::printf("  nothing %d\n", evaluations_ - before); break;}
-    *maneuver = without_short_segments(*maneuver, kVanished * maneuver->end_s);
-    now = judge(*maneuver, 80);
-    if (debug) std::printf("  optimized: T %.12g violation %.2e saving %.2e worst %.2e res %.2e ev %d\n", now.maneuver.end_s, now.violation, now.signs.saving_s / now.maneuver.end_s, now.signs.worst, now.residual, evaluations_ - before);
-    const OnOffSolution newton = polished(now);
-    now = sound(newton, now);
-    if (debug) std::printf("  polished: T %.12g violation %.2e saving %.2e worst %.2e res %.2e\n", now.maneuver.end_s, now.violation, now.signs.saving_s / now.maneuver.end_s, now.signs.worst, now.residual);
+    now = settled(*maneuver);
+    if (debug) std::printf("  settled: T %.12g violation %.2e saving %.2e worst %.2e res %.2e ev %d\n", now.maneuver.end_s, now.violation, now.signs.saving_s / now.maneuver.end_s, now.signs.worst, now.residual, evaluations_ - before);
     if (now.violation <= kMet && now.maneuver.end_s < (best ? best->maneuver : solution.maneuver).end_s) best = now;
     if (best && is_extremal(*best)) break;
   }

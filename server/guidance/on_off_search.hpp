@@ -53,6 +53,7 @@ class OnOffSearch {
   OnOffProgram with_segments(const OnOffSolution& solution, double part, bool is_everywhere);
   OnOffSolution filled(OnOffSolution best, double worth, int most_rounds, bool is_thorough);
   std::optional<OnOffProgram> optimize_levels(const OnOffProgram& start);
+  OnOffSolution settled(const OnOffProgram& maneuver);
   OnOffSolution polished(const OnOffSolution& solution);
   OnOffSolution judge(const OnOffProgram& maneuver, int steps);
   bool may_go_on();
