@@ -26,6 +26,10 @@ constexpr double kNothingToSave = 5e-6;
 constexpr double kSignsRight = 1e-4;
 constexpr double kConditionsMet = 1e-5;
 constexpr double kConditionsNearlyMet = 1e-3;
+constexpr double kPolished = 1e-8;
+// Of the maneuver's time: what taking levels for bounds may cost, and what more pieces of an arc must be worth.
+constexpr double kSettled = 1e-7;
+constexpr double kWorthMorePieces = 2e-7;
 constexpr std::size_t kMostSwitches = 240;
 // Newton's method flies once for each switch in every step, and with more of them it gains nothing.
 constexpr Eigen::Index kMostForNewton = 60;
@@ -251,7 +255,7 @@ OnOffProgram OnOffSearch::with_segments(const OnOffSolution& solution, double pa
 // Wherever signs are wrong at once: along a singular arc each round makes three segments of one, and a ninth
 // is left to be saved.
 OnOffSolution OnOffSearch::refine(const OnOffSolution& solution) {
-  return polish(filled(polish(solution), kWorthRefining, 12, true));
+  return mended(polish(filled(polish(solution), kWorthRefining, 12, true)));
 }
 
 std::optional<OnOffProgram> OnOffSearch::optimize_levels(const OnOffProgram& start) {
@@ -273,32 +277,29 @@ std::optional<OnOffProgram> OnOffSearch::optimize_levels(const OnOffProgram& sta
   return program.program(result.at);
 }
 
-// Levels near a bound become the bound, short segments nothing, and Newton's method does the rest. How near
-// and how short: until it gets there.
+// Levels near a bound become the bound, pieces that are alone switches, short segments nothing, and Newton's
+// method does the rest. How near and how short: until it gets there.
 OnOffSolution OnOffSearch::settled(const OnOffProgram& maneuver) {
-  constexpr double kPolished = 1e-8;
   std::optional<OnOffSolution> best;
-  for (const double near : {1e-6, 1e-4, 1e-3, 1e-2}) {
-    OnOffProgram cleaned = maneuver;
-    for (std::size_t i = 0; i < cleaned.controls.size(); ++i) {
-      const auto row = static_cast<Eigen::Index>(i);
-      const double least = body_->plant.least_control[row], most = body_->plant.most_control[row];
-      for (double& u : cleaned.controls[i]) {
-        if (u > most - near * (most - least)) u = most;
-        if (u < least + near * (most - least)) u = least;
-      }
-    }
-    cleaned = without_short_segments(cleaned, std::max(kVanished, 0.1 * near) * maneuver.end_s);
+  const auto look_at = [&](const OnOffProgram& given, double shortest) {
+    OnOffProgram cleaned = without_short_segments(given, shortest * given.end_s);
     const SwitchTimeProgram program(*problem_, *body_, cleaned);
-    if (program.parameter_count() < 6) break;
+    if (program.parameter_count() < 6) return;
     cleaned = program.program(finished(program, program.variables(cleaned)));
     const OnOffSolution projected = judge(cleaned, 80);
     const OnOffSolution newton = polished(projected);
     const OnOffSolution& found = sound(newton, projected);
-    if (!best || (found.violation <= kMet && found.residual < best->residual &&
-                  found.maneuver.end_s < best->maneuver.end_s * (1 + 1e-7)))
-      best = found;
-    if (best->violation <= kMet && best->residual < kPolished) break;
+    const bool is_better = best && found.violation <= kMet && found.residual < best->residual &&
+                           found.maneuver.end_s < best->maneuver.end_s * (1 + kSettled);
+    if (!best || is_better) best = found;
+  };
+  const auto is_settled = [&] { return best && best->violation <= kMet && best->residual < kPolished; };
+  for (const double near : {1e-6, 1e-4, 1e-3, 1e-2}) {
+    const OnOffProgram snapped = with_saturated_levels(body_->plant, maneuver, near);
+    const double shortest = std::max(kVanished, 0.1 * near);
+    look_at(snapped, shortest);
+    if (!is_settled()) look_at(without_lone_levels(body_->plant, snapped), shortest);
+    if (is_settled()) break;
   }
   return *best;
 }
@@ -309,11 +310,12 @@ std::optional<OnOffSolution> OnOffSearch::throttled(const OnOffSolution& solutio
   OnOffSolution now = solution;
   for (const std::size_t pieces : {8, 16, 16, 24}) {
     if (now.is_rate_active || !may_go_on()) break;
-    const auto arcs = likely_arcs(body_->plant, now.maneuver, now.signs);
+    auto arcs = likely_arcs(body_->plant, now.maneuver, now.signs);
     if (arcs.empty()) break;
     OnOffProgram start = with_segments(now, 0.5, true);
-    for (const SingularArc& arc : arcs) {
+    for (SingularArc& arc : arcs) {
       if (debug) std::printf("  arc of %zu: %.4f %.4f\n", arc.control, arc.from_s / start.end_s, arc.to_s / start.end_s);
+      leave_room(now, pieces, arc, start);
       throttle(body_->plant, arc, pieces, start);
     }
     const int before = evaluations_;
@@ -322,9 +324,42 @@ std::optional<OnOffSolution> OnOffSearch::throttled(const OnOffSolution& solutio
     now = settled(*maneuver);
     if (debug) std::printf("  settled: T %.12g violation %.2e saving %.2e worst %.2e res %.2e ev %d\n", now.maneuver.end_s, now.violation, now.signs.saving_s / now.maneuver.end_s, now.signs.worst, now.residual, evaluations_ - before);
     if (now.violation <= kMet && now.maneuver.end_s < (best ? best->maneuver : solution.maneuver).end_s) best = now;
-    if (best && is_extremal(*best)) break;
+    if (best && is_extremal(*best) && best->signs.saving_s < kWorthMorePieces * best->maneuver.end_s) break;
   }
   return best;
+}
+
+// An arc that reaches an end of the maneuver: a bang comes between, as S_i has no reason to vanish there.
+void OnOffSearch::leave_room(const OnOffSolution& solution, std::size_t pieces, SingularArc& arc,
+                             OnOffProgram& program) {
+  const double end = program.end_s, tiny = 1e-9 * end;
+  const double room = 0.3 * (arc.to_s - arc.from_s) / static_cast<double>(pieces);
+  const bool at_start = arc.from_s <= tiny, at_end = arc.to_s >= end - tiny;
+  for (const SignViolation& violation : solution.signs.violations) {
+    if (violation.control != arc.control) continue;
+    if (at_start && violation.from_s <= tiny) {
+      insert_segment(program, arc.control, violation.value, 0, room);
+      arc.from_s = room;
+    }
+    if (at_end && violation.to_s >= end - tiny) {
+      insert_segment(program, arc.control, violation.value, end - room, end);
+      arc.to_s = end - room;
+    }
+  }
+}
+
+// A wrong sign so short that no point of the last look but one fell into it, as at the ends of a maneuver.
+OnOffSolution OnOffSearch::mended(const OnOffSolution& solution) {
+  constexpr int kFine = 4000;
+  if (is_extremal(solution) || !saves_next_to_nothing(solution) || solution.residual >= kConditionsMet)
+    return solution;
+  const OnOffSolution seen = judge(solution.maneuver, kFine);
+  const OnOffProgram start = with_segments(seen, 0.5, true);
+  if (start.switches() == seen.maneuver.switches()) return solution;
+  const auto maneuver = optimize_levels(start);
+  if (!maneuver) return solution;
+  const OnOffSolution found = settled(*maneuver);
+  return is_extremal(found) && found.maneuver.end_s <= solution.maneuver.end_s * (1 + 1e-9) ? found : solution;
 }
 
 OnOffSolution OnOffSearch::filled(OnOffSolution best, double worth, int most_rounds, bool is_thorough) {
@@ -378,7 +413,6 @@ std::optional<OnOffSolution> OnOffSearch::settle_beside(const OnOffProgram& star
 // A segment that is about to vanish keeps Newton's method from the conditions: it is taken out, and the
 // switch times are optimized once more.
 OnOffSolution OnOffSearch::polish(const OnOffSolution& solution) {
-  constexpr double kPolished = 1e-8;
   if (static_cast<Eigen::Index>(solution.maneuver.switches()) > kMostForNewton) return solution;
   OnOffSolution best = polished(solution);
   for (const double shortest : {1e-4, 1e-3}) {

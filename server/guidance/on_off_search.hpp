@@ -5,7 +5,7 @@
 #include <functional>
 #include <optional>
 
-#include "server/guidance/pontryagin.hpp"
+#include "server/guidance/singular_arcs.hpp"
 
 namespace slew {
 
@@ -53,6 +53,9 @@ class OnOffSearch {
   OnOffProgram with_segments(const OnOffSolution& solution, double part, bool is_everywhere);
   OnOffSolution filled(OnOffSolution best, double worth, int most_rounds, bool is_thorough);
   std::optional<OnOffProgram> optimize_levels(const OnOffProgram& start);
+  static void leave_room(const OnOffSolution& solution, std::size_t pieces, SingularArc& arc,
+                         OnOffProgram& program);
+  OnOffSolution mended(const OnOffSolution& solution);
   OnOffSolution settled(const OnOffProgram& maneuver);
   OnOffSolution polished(const OnOffSolution& solution);
   OnOffSolution judge(const OnOffProgram& maneuver, int steps);

@@ -20,6 +20,14 @@ std::vector<int> switch_counts(const OnOffProgram& program) {
   return counts;
 }
 
+// The shorter; of two that are of a length the one that is an extremal.
+bool is_better(const OnOffSolution& one, const OnOffSolution& other) {
+  constexpr double kAlike = 1e-6;
+  const double longer = one.maneuver.end_s / other.maneuver.end_s - 1;
+  if (std::abs(longer) > kAlike || is_extremal(one) == is_extremal(other)) return longer < 0;
+  return is_extremal(one);
+}
+
 OnOffProgram given_start(const ManeuverProblem& problem, const ManeuverStarts& starts) {
   OnOffProgram start = starts.start_of(problem.sequences, 0);
   double last = 0;
@@ -106,12 +114,18 @@ bool search_on_off(const ManeuverProblem& problem, const ManeuverBody& body, con
        slots *= 2)
     take(search.descend(starts.about_the_eigenaxis(slots), std::numeric_limits<double>::infinity()));
   if (best && !is_fixed && !budget.is_spent()) {
-    const auto throttled =
-        body.plant.is_on_off || is_extremal(*best) ? std::nullopt : search.throttled(*best);
-    if (throttled) best = *throttled;
-    if (!throttled || !is_extremal(*best)) {
+    const bool may_throttle = !body.plant.is_on_off && !is_extremal(*best);
+    const auto throttled = may_throttle ? search.throttled(*best) : std::nullopt;
+    if (throttled && is_extremal(*throttled)) {
+      best = throttled;
+    } else {
       const OnOffSolution refined = search.refine(*best);
       if (refined.violation <= std::max(best->violation, 1e-7)) best = refined;
+      if (throttled && is_better(*throttled, *best)) best = throttled;
+      if (may_throttle && !is_extremal(*best)) {
+        const auto again = search.throttled(*best);
+        if (again && is_better(*again, *best)) best = again;
+      }
     }
     if (!plan.log.optima.empty())
       budget.met(plan.log, best->maneuver.end_s, kMostSlack * best->maneuver.end_s,

@@ -1,5 +1,6 @@
 #include "server/guidance/singular_arcs.hpp"
 
+
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -147,6 +148,60 @@ void throttle(const RigidManeuverPlant& plant, const SingularArc& arc, std::size
   }
   values = std::move(new_values);
   times = std::move(new_times);
+}
+
+OnOffProgram with_saturated_levels(const RigidManeuverPlant& plant, OnOffProgram maneuver, double near) {
+  for (std::size_t control = 0; control < maneuver.controls.size(); ++control) {
+    const auto i = static_cast<Eigen::Index>(control);
+    const double least = plant.least_control[i], most = plant.most_control[i];
+    for (double& u : maneuver.controls[control]) {
+      if (u > most - near * (most - least)) u = most;
+      if (u < least + near * (most - least)) u = least;
+    }
+  }
+  return maneuver;
+}
+
+OnOffProgram without_lone_levels(const RigidManeuverPlant& plant, const OnOffProgram& maneuver) {
+  OnOffProgram changed = maneuver;
+  for (std::size_t control = 0; control < maneuver.controls.size(); ++control) {
+    const auto i = static_cast<Eigen::Index>(control);
+    const double least = plant.least_control[i], most = plant.most_control[i];
+    const std::vector<double>& values = maneuver.controls[control];
+    const std::vector<double>& times = maneuver.switch_times_s[control];
+    std::vector<double> new_values, new_times;
+    const auto add = [&](double value, double from) {
+      if (!new_values.empty()) new_times.push_back(from);
+      new_values.push_back(value);
+    };
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const bool is_last = k + 1 == values.size();
+      const double from = k == 0 ? 0 : times[k - 1], to = is_last ? maneuver.end_s : times[k];
+      const bool is_lone = values.size() > 1 && is_throttled(plant, control, values[k]) &&
+                           (k == 0 || !is_throttled(plant, control, values[k - 1])) &&
+                           (is_last || !is_throttled(plant, control, values[k + 1]));
+      if (!is_lone) {
+        add(values[k], from);
+        continue;
+      }
+      const double high_s = (to - from) * (values[k] - least) / (most - least);
+      const double before = k == 0 ? (values[k + 1] == most ? least : most) : values[k - 1];
+      const double after = is_last ? (values[k - 1] == most ? least : most) : values[k + 1];
+      if (before != after) {
+        add(before, from);
+        add(after, before == most ? from + high_s : to - high_s);
+      } else {
+        const double low_s = to - from - high_s, pulse_s = before == most ? low_s : high_s;
+        const double middle = 0.5 * (from + to);
+        add(before, from);
+        add(before == most ? least : most, middle - 0.5 * pulse_s);
+        add(after, middle + 0.5 * pulse_s);
+      }
+    }
+    changed.controls[control] = std::move(new_values);
+    changed.switch_times_s[control] = std::move(new_times);
+  }
+  return changed;
 }
 
 }  // namespace slew

@@ -27,4 +27,11 @@ std::vector<SingularArc> likely_arcs(const RigidManeuverPlant& plant, const OnOf
 void throttle(const RigidManeuverPlant& plant, const SingularArc& arc, std::size_t pieces,
               OnOffProgram& program);
 
+/// Levels that are near a bound, in parts of its range, at the bound.
+OnOffProgram with_saturated_levels(const RigidManeuverPlant& plant, OnOffProgram maneuver, double near);
+
+/// A piece between segments that are not throttled is no arc: it becomes a switch, or a pulse, of the same
+/// mean.
+OnOffProgram without_lone_levels(const RigidManeuverPlant& plant, const OnOffProgram& maneuver);
+
 }  // namespace slew
