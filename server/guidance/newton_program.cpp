@@ -90,7 +90,6 @@ SequentialResult minimize_by_newton(const NonlinearProgram& program, Eigen::Vect
   const bool is_met = meet(program, options.reach, options.met, z, values, result.evaluations);
   result.at = z;
   result.violation = violation_of(values);
-  if (std::getenv("SLEW_DEBUG2")) std::printf("    met %d %.2e ev %d\n", is_met, result.violation, result.evaluations);
   if (!is_met) return result;
   Eigen::VectorXd multipliers;
   double part = 1;
@@ -130,7 +129,6 @@ SequentialResult minimize_by_newton(const NonlinearProgram& program, Eigen::Vect
       const auto quadratic = quadratic_of(positive);
       const auto step = solve(quadratic);
       if (!step) {
-        if (std::getenv("SLEW_DEBUG2")) std::printf("    it %d part %.2e no qp\n", iteration, part);
         part *= 0.25;
         continue;
       }
@@ -139,10 +137,8 @@ SequentialResult minimize_by_newton(const NonlinearProgram& program, Eigen::Vect
       Eigen::VectorXd next = (z + change).cwiseMax(program.least).cwiseMin(program.most);
       program.evaluate(next, moved);
       ++result.evaluations;
-      const int evb = result.evaluations;
       const bool is_there = meet(program, part * options.reach, options.met, next, moved, result.evaluations);
       const double gain = values.objective - moved.objective;
-      if (std::getenv("SLEW_DEBUG2")) std::printf("    it %d part %.2e expected %.3e gain %.3e there %d (%d) |dx| %.2e mneg %.2e\n", iteration, part, expected, gain, is_there, result.evaluations - evb, change.cwiseQuotient(options.reach).cwiseAbs().maxCoeff(), Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(positive).eigenvalues()[0]);
       if (is_there && gain > 1e-3 * expected - 1e-13) {
         has_moved = true;
         multipliers = step->multipliers;

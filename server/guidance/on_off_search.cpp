@@ -30,6 +30,9 @@ constexpr double kPolished = 1e-8;
 // Of the maneuver's time: what taking levels for bounds may cost, and what more pieces of an arc must be worth.
 constexpr double kSettled = 1e-7;
 constexpr double kWorthMorePieces = 2e-7;
+// Of an arc, one attempt after the other.
+constexpr std::pair<std::size_t, ArcEnds> kPieces[] = {
+    {8, ArcEnds::alike}, {16, ArcEnds::alike}, {16, ArcEnds::free}, {24, ArcEnds::free}};
 constexpr std::size_t kMostSwitches = 240;
 // Newton's method flies once for each switch in every step, and with more of them it gains nothing.
 constexpr Eigen::Index kMostForNewton = 60;
@@ -51,11 +54,15 @@ bool saves_next_to_nothing(const OnOffSolution& solution) {
 
 bool is_extremal(const OnOffSolution& solution) {
   return saves_next_to_nothing(solution) && solution.residual < kConditionsMet &&
-         solution.signs.worst < kSignsRight;
+         solution.signs.worst < kSignsRight && solution.signs.legendre_clebsch >= 0;
 }
 
 bool is_nearly_extremal(const OnOffSolution& solution) {
   return saves_next_to_nothing(solution) && solution.residual < kConditionsNearlyMet;
+}
+
+bool is_worth_refining(const OnOffSolution& solution) {
+  return !is_extremal(solution) || solution.signs.saving_s >= kWorthRefining * solution.maneuver.end_s;
 }
 
 OnOffProgram without_short_segments(const OnOffProgram& program, double shortest_s) {
@@ -305,27 +312,24 @@ OnOffSolution OnOffSearch::settled(const OnOffProgram& maneuver) {
 }
 
 std::optional<OnOffSolution> OnOffSearch::throttled(const OnOffSolution& solution) {
-  const bool debug = std::getenv("SLEW_DEBUG");
   std::optional<OnOffSolution> best;
   OnOffSolution now = solution;
-  for (const std::size_t pieces : {8, 16, 16, 24}) {
+  for (const auto& [pieces, ends] : kPieces) {
     if (now.is_rate_active || !may_go_on()) break;
     auto arcs = likely_arcs(body_->plant, now.maneuver, now.signs);
     if (arcs.empty()) break;
     OnOffProgram start = with_segments(now, 0.5, true);
     for (SingularArc& arc : arcs) {
-      if (debug) std::printf("  arc of %zu: %.4f %.4f\n", arc.control, arc.from_s / start.end_s, arc.to_s / start.end_s);
       leave_room(now, pieces, arc, start);
-      throttle(body_->plant, arc, pieces, start);
+      throttle(body_->plant, arc, pieces, ends, start);
     }
-    const int before = evaluations_;
-    auto maneuver = optimize_levels(start);
-    if (!maneuver) { if (debug) std::printf("  nothing %d\n", evaluations_ - before); break;}
+    const auto maneuver = optimize_levels(start);
+    if (!maneuver) break;
     now = settled(*maneuver);
-    if (debug) std::printf("  settled: T %.12g violation %.2e saving %.2e worst %.2e res %.2e ev %d\n", now.maneuver.end_s, now.violation, now.signs.saving_s / now.maneuver.end_s, now.signs.worst, now.residual, evaluations_ - before);
     if (now.violation <= kMet && now.maneuver.end_s < (best ? best->maneuver : solution.maneuver).end_s) best = now;
     if (best && is_extremal(*best) && best->signs.saving_s < kWorthMorePieces * best->maneuver.end_s) break;
   }
+  if (best) best = mended(*best);
   return best;
 }
 
@@ -350,16 +354,18 @@ void OnOffSearch::leave_room(const OnOffSolution& solution, std::size_t pieces, 
 
 // A wrong sign so short that no point of the last look but one fell into it, as at the ends of a maneuver.
 OnOffSolution OnOffSearch::mended(const OnOffSolution& solution) {
-  constexpr int kFine = 4000;
   if (is_extremal(solution) || !saves_next_to_nothing(solution) || solution.residual >= kConditionsMet)
     return solution;
-  const OnOffSolution seen = judge(solution.maneuver, kFine);
-  const OnOffProgram start = with_segments(seen, 0.5, true);
-  if (start.switches() == seen.maneuver.switches()) return solution;
-  const auto maneuver = optimize_levels(start);
-  if (!maneuver) return solution;
-  const OnOffSolution found = settled(*maneuver);
-  return is_extremal(found) && found.maneuver.end_s <= solution.maneuver.end_s * (1 + 1e-9) ? found : solution;
+  for (const int fine : {4000, 32000}) {
+    const OnOffSolution seen = judge(solution.maneuver, fine);
+    const OnOffProgram start = with_segments(seen, 0.5, true);
+    if (start.switches() == seen.maneuver.switches()) continue;
+    const auto maneuver = optimize_levels(start);
+    if (!maneuver) break;
+    const OnOffSolution found = settled(*maneuver);
+    if (is_extremal(found) && found.maneuver.end_s <= solution.maneuver.end_s * (1 + 1e-9)) return found;
+  }
+  return solution;
 }
 
 OnOffSolution OnOffSearch::filled(OnOffSolution best, double worth, int most_rounds, bool is_thorough) {

@@ -21,6 +21,8 @@ struct OnOffSolution {
 bool is_extremal(const OnOffSolution& solution);
 /// Likewise, but for signs that are wrong for a while, and costates that fit less well for it.
 bool is_nearly_extremal(const OnOffSolution& solution);
+/// Not an extremal, or one that more segments or levels would still make shorter.
+bool is_worth_refining(const OnOffSolution& solution);
 
 class OnOffSearch {
  public:

@@ -19,6 +19,9 @@ constexpr double kSameTime = 2e-6;
 std::string sentence(const Plan& plan) {
   switch (plan.status) {
     case PlanStatus::extremal:
+      if (plan.certificate.throttled_s > 0)
+        return "an extremal: along singular arcs controls are throttled, elsewhere their signs agree with "
+               "Pontryagin's principle; nothing shorter was found, which is no proof that nothing is";
       return plan.family == ProfileFamily::on_off
                  ? "an extremal: the signs of all controls agree with Pontryagin's principle; nothing "
                    "shorter was "

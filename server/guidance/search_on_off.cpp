@@ -114,7 +114,7 @@ bool search_on_off(const ManeuverProblem& problem, const ManeuverBody& body, con
        slots *= 2)
     take(search.descend(starts.about_the_eigenaxis(slots), std::numeric_limits<double>::infinity()));
   if (best && !is_fixed && !budget.is_spent()) {
-    const bool may_throttle = !body.plant.is_on_off && !is_extremal(*best);
+    const bool may_throttle = !body.plant.is_on_off && is_worth_refining(*best);
     const auto throttled = may_throttle ? search.throttled(*best) : std::nullopt;
     if (throttled && is_extremal(*throttled)) {
       best = throttled;
@@ -143,6 +143,8 @@ bool search_on_off(const ManeuverProblem& problem, const ManeuverBody& body, con
   certificate.signs_were_tested = !best->is_rate_active;
   certificate.final_costate = best->signs.multipliers.terminal;
   certificate.price = best->signs.multipliers.consumption;
+  certificate.throttled_s = best->signs.throttled_s;
+  certificate.legendre_clebsch = best->signs.legendre_clebsch;
   certificate.saving_s = best->signs.saving_s;
   plan.status = is_extremal(*best)          ? PlanStatus::extremal
                 : is_nearly_extremal(*best) ? PlanStatus::nearly_extremal

@@ -13,6 +13,8 @@ namespace {
 constexpr double kIndifferent = 1e-3;
 // Of the maneuver's time: shorter arcs are none.
 constexpr double kShortestArc = 5e-3;
+// Of a control's range: levels begin so far within it.
+constexpr double kWithin = 0.9;
 
 // By how much the second best of a control's values is worse than the best.
 double difference(const RigidManeuverPlant& plant, Eigen::Index i, double switching, double price) {
@@ -92,60 +94,59 @@ std::vector<SingularArc> likely_arcs(const RigidManeuverPlant& plant, const OnOf
   return arcs;
 }
 
-void throttle(const RigidManeuverPlant& plant, const SingularArc& arc, std::size_t pieces,
+void throttle(const RigidManeuverPlant& plant, const SingularArc& arc, std::size_t pieces, ArcEnds ends,
               OnOffProgram& program) {
   std::vector<double>& values = program.controls[arc.control];
   std::vector<double>& times = program.switch_times_s[arc.control];
-  const auto i = static_cast<Eigen::Index>(arc.control);
-  // The parabola nearest to the control, in x = -1 to 1, by the moments of its segments.
   const double middle = 0.5 * (arc.from_s + arc.to_s), half = 0.5 * (arc.to_s - arc.from_s);
-  Eigen::Vector3d moments = Eigen::Vector3d::Zero();
+  const auto begin_of = [&](std::size_t k) { return k == 0 ? 0 : times[k - 1]; };
+  const auto end_of = [&](std::size_t k) { return k == times.size() ? program.end_s : times[k]; };
+  // Of the control between two times: integrals of u, u x and u x^2, where x is -1 to 1 along the arc.
+  const auto moments_of = [&](double from_s, double to_s) {
+    Eigen::Vector3d moments = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      const double from = std::max(begin_of(k), from_s), to = std::min(end_of(k), to_s);
+      if (!(to > from)) continue;
+      const double a = (from - middle) / half, b = (to - middle) / half;
+      moments += values[k] * Eigen::Vector3d(b - a, (b * b - a * a) / 2, (b * b * b - a * a * a) / 3);
+    }
+    return moments;
+  };
   bool has_levels = false;
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    const double from = std::max(k == 0 ? 0 : times[k - 1], arc.from_s);
-    const double to = std::min(k == times.size() ? program.end_s : times[k], arc.to_s);
-    if (!(to > from)) continue;
-    has_levels = has_levels || is_throttled(plant, arc.control, values[k]);
-    const double a = (from - middle) / half, b = (to - middle) / half;
-    moments += values[k] * Eigen::Vector3d(b - a, (b * b - a * a) / 2, (b * b * b - a * a * a) / 3);
-  }
+  for (std::size_t k = 0; k < values.size(); ++k)
+    has_levels = has_levels || (is_throttled(plant, arc.control, values[k]) && end_of(k) > arc.from_s &&
+                                begin_of(k) < arc.to_s);
+  // The parabola nearest to a control that switches; levels have means of their own.
   Eigen::Matrix3d squares;
   squares << 2, 0, 2.0 / 3, 0, 2.0 / 3, 0, 2.0 / 3, 0, 2.0 / 5;
-  const Eigen::Vector3d parabola = squares.inverse() * moments;
-  std::vector<double> levels, bounds;
-  const double reach = 0.5 * (plant.most_control[i] - plant.least_control[i]);
-  const double centre = 0.5 * (plant.most_control[i] + plant.least_control[i]);
-  for (std::size_t k = 0; k < pieces; ++k) {
-    const double x = (2 * static_cast<double>(k) + 1) / static_cast<double>(pieces) - 1;
-    double level = parabola[0] + x * (parabola[1] + x * parabola[2]);
-    if (has_levels) {
-      const double piece = 2 * half / static_cast<double>(pieces), from = arc.from_s + static_cast<double>(k) * piece;
-      level = 0;
-      for (std::size_t j = 0; j < values.size(); ++j) {
-        const double begin = std::max(j == 0 ? 0 : times[j - 1], from);
-        const double end = std::min(j == times.size() ? program.end_s : times[j], from + piece);
-        if (end > begin) level += values[j] * (end - begin) / piece;
-      }
-    }
-    level = std::clamp(level, centre - 0.9 * reach, centre + 0.9 * reach);
-    if (level == 0) level = 1e-3 * reach;  // zero would be a coast
-    levels.push_back(level);
-  }
+  const Eigen::Vector3d parabola = squares.inverse() * moments_of(arc.from_s, arc.to_s);
+
   std::vector<double> new_values, new_times;
   const auto add = [&](double value, double from) {
     if (!new_values.empty()) new_times.push_back(from);
     new_values.push_back(value);
   };
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    const double from = k == 0 ? 0 : times[k - 1];
-    if (from < arc.from_s) add(values[k], from);
+  for (std::size_t k = 0; k < values.size(); ++k)
+    if (begin_of(k) < arc.from_s) add(values[k], begin_of(k));
+  const auto i = static_cast<Eigen::Index>(arc.control);
+  const double reach = 0.5 * (plant.most_control[i] - plant.least_control[i]);
+  const double centre = 0.5 * (plant.most_control[i] + plant.least_control[i]);
+  const double shorter = ends == ArcEnds::free ? 0.5 : 0;
+  const double piece = 2 * half / (static_cast<double>(pieces) - 2 * shorter);
+  for (std::size_t k = 0; k < pieces; ++k) {
+    const double from =
+        k == 0 ? arc.from_s : arc.from_s + piece * (static_cast<double>(k) - shorter);
+    const double to =
+        k + 1 == pieces ? arc.to_s : arc.from_s + piece * (static_cast<double>(k) + 1 - shorter);
+    const double x = (0.5 * (from + to) - middle) / half;
+    double level = has_levels ? moments_of(from, to)[0] * half / (to - from)
+                              : parabola[0] + x * (parabola[1] + x * parabola[2]);
+    level = std::clamp(level, centre - kWithin * reach, centre + kWithin * reach);
+    if (level == 0) level = 1e-3 * reach;  // zero would be a coast
+    add(level, from);
   }
-  for (std::size_t k = 0; k < pieces; ++k)
-    add(levels[k], arc.from_s + 2 * half * static_cast<double>(k) / static_cast<double>(pieces));
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    const double from = k == 0 ? 0 : times[k - 1], to = k == times.size() ? program.end_s : times[k];
-    if (to > arc.to_s) add(values[k], std::max(from, arc.to_s));
-  }
+  for (std::size_t k = 0; k < values.size(); ++k)
+    if (end_of(k) > arc.to_s) add(values[k], std::max(begin_of(k), arc.to_s));
   values = std::move(new_values);
   times = std::move(new_times);
 }

@@ -23,8 +23,12 @@ bool is_throttled_at(const RigidManeuverPlant& plant, const OnOffProgram& maneuv
 std::vector<SingularArc> likely_arcs(const RigidManeuverPlant& plant, const OnOffProgram& maneuver,
                                      const SignTest& signs);
 
+/// Whether the first and the last piece are as long as the others, or half as long and free to be of another
+/// length.
+enum class ArcEnds { alike, free };
+
 /// The arc flown in so many pieces; their levels follow the means of the control.
-void throttle(const RigidManeuverPlant& plant, const SingularArc& arc, std::size_t pieces,
+void throttle(const RigidManeuverPlant& plant, const SingularArc& arc, std::size_t pieces, ArcEnds ends,
               OnOffProgram& program);
 
 /// Levels that are near a bound, in parts of its range, at the bound.
