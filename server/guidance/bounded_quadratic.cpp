@@ -60,9 +60,9 @@ std::optional<QuadraticSolution> solve(const BoundedQuadratic& program) {
     step(none, none);
     const double primal_part = std::min(longest(low, dx), longest(high, -dx));
     const double dual_part = std::min(longest(zl, dl), longest(zu, du));
-    const double predicted =
-        ((low + primal_part * dx).dot(zl + dual_part * dl) + (high - primal_part * dx).dot(zu + dual_part * du)) /
-        (2 * static_cast<double>(n));
+    const double predicted = ((low + primal_part * dx).dot(zl + dual_part * dl) +
+                              (high - primal_part * dx).dot(zu + dual_part * du)) /
+                             (2 * static_cast<double>(n));
     const double centre = std::pow(predicted / gap, 3) * gap;
     const Eigen::VectorXd tl = Eigen::VectorXd::Constant(n, centre) - dx.cwiseProduct(dl);
     const Eigen::VectorXd tu = Eigen::VectorXd::Constant(n, centre) + dx.cwiseProduct(du);

@@ -1,5 +1,5 @@
-// min 1/2 x'Qx + g'x with A x = b and least <= x <= most, by Mehrotra's predictor and corrector (1992, SIAM J.
-// Optim. 2, 575-601).
+// min 1/2 x'Qx + g'x with A x = b and least <= x <= most, by Mehrotra's predictor and corrector (1992, SIAM
+// J. Optim. 2, 575-601).
 #pragma once
 
 #include <Eigen/Core>

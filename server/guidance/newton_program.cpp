@@ -117,10 +117,9 @@ SequentialResult minimize_by_newton(const NonlinearProgram& program, Eigen::Vect
       const double step = z[j] + options.steps[j] <= program.most[j] ? options.steps[j] : -options.steps[j];
       program.evaluate(z + step * Eigen::VectorXd::Unit(n, j), moved);
       ++result.evaluations;
-      curvature.col(j) =
-          ((moved.equal_slope - values.equal_slope).transpose() * multipliers.head(e) +
-           (moved.positive_slope - values.positive_slope).transpose() * multipliers.tail(p)) /
-          step;
+      curvature.col(j) = ((moved.equal_slope - values.equal_slope).transpose() * multipliers.head(e) +
+                          (moved.positive_slope - values.positive_slope).transpose() * multipliers.tail(p)) /
+                         step;
     }
     const Eigen::MatrixXd positive = positive_curvature(curvature, values.equal_slope);
     bool has_moved = false;

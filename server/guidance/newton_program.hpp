@@ -1,6 +1,6 @@
 // Sequential quadratic programming with the curvature of the Lagrangian, by differences of slopes: where the
-// objective hardly curves along some directions, an approximation that is built up from steps (SLSQP) does not
-// get to the end. Points on the way meet the constraints, so that objectives may be compared.
+// objective hardly curves along some directions, an approximation that is built up from steps (SLSQP) does
+// not get to the end. Points on the way meet the constraints, so that objectives may be compared.
 #pragma once
 
 #include "server/guidance/sequential_quadratic.hpp"

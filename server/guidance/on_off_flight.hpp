@@ -47,8 +47,8 @@ class OnOffFlight {
   const FlownPoint& at_switch(std::size_t k) const { return points_[switch_points_[k]]; }
   std::size_t switch_point(std::size_t k) const { return switch_points_[k]; }
   const FlownPoint& end() const { return points_.back(); }
-  /// (phi, dw) at a point, by columns: of an angular acceleration of 1 rad/s^2 about each body axis from t = 0
-  /// on.
+  /// (phi, dw) at a point, by columns: of an angular acceleration of 1 rad/s^2 about each body axis from t =
+  /// 0 on.
   const Eigen::Matrix<double, 6, 3>& response(std::size_t point) const { return responses_[point]; }
   const Eigen::VectorXd& controls_at_end() const { return control_; }
   /// (C^T w, w'): what time itself does to (phi, w) there.

@@ -27,7 +27,8 @@ constexpr double kSignsRight = 1e-4;
 constexpr double kConditionsMet = 1e-5;
 constexpr double kConditionsNearlyMet = 1e-3;
 constexpr double kPolished = 1e-8;
-// Of the maneuver's time: what taking levels for bounds may cost, and what more pieces of an arc must be worth.
+// Of the maneuver's time: what taking levels for bounds may cost, and what more pieces of an arc must be
+// worth.
 constexpr double kSettled = 1e-7;
 constexpr double kWorthMorePieces = 2e-7;
 // Of an arc, one attempt after the other.
@@ -326,7 +327,8 @@ std::optional<OnOffSolution> OnOffSearch::throttled(const OnOffSolution& solutio
     const auto maneuver = optimize_levels(start);
     if (!maneuver) break;
     now = settled(*maneuver);
-    if (now.violation <= kMet && now.maneuver.end_s < (best ? best->maneuver : solution.maneuver).end_s) best = now;
+    if (now.violation <= kMet && now.maneuver.end_s < (best ? best->maneuver : solution.maneuver).end_s)
+      best = now;
     if (best && is_extremal(*best) && best->signs.saving_s < kWorthMorePieces * best->maneuver.end_s) break;
   }
   if (best) best = mended(*best);

@@ -107,8 +107,8 @@ Plan plan(const ManeuverProblem& problem, const PlannerOptions& options = {},
 /// u at t of the maneuver; zero from its end on.
 Eigen::VectorXd control_at(const ControlHistory& history, const RigidManeuverPlant& plant, double t_s);
 
-/// The plan as a torque about body axes; nothing where it coasts, where a control is throttled, where a control is not about one body axis,
-/// or where the two signs of a control differ in size.
+/// The plan as a torque about body axes; nothing where it coasts, where a control is throttled, where a
+/// control is not about one body axis, or where the two signs of a control differ in size.
 std::optional<TorqueProgram> torque_program(const Plan& plan, const RigidManeuverPlant& plant);
 
 }  // namespace slew

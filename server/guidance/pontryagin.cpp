@@ -73,8 +73,8 @@ void choose_among_free(const RigidManeuverPlant& plant, const std::vector<Look>&
   multipliers.consumption = m[6];
 }
 
-// Of a free body as of one under moments that only its attitude makes, S_i'' = ... - r^T I^-1 (B_i x I^-1 B_j +
-// B_j x I^-1 B_i) u_j, where r is the costate of the rate.
+// Of a free body as of one under moments that only its attitude makes, S_i'' = ... - r^T I^-1 (B_i x I^-1 B_j
+// + B_j x I^-1 B_i) u_j, where r is the costate of the rate.
 double least_clebsch(const ManeuverBody& body, const Eigen::Vector3d& costate,
                      const std::vector<Eigen::Index>& throttled) {
   const auto n = static_cast<Eigen::Index>(throttled.size());

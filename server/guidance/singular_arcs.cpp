@@ -1,6 +1,5 @@
 #include "server/guidance/singular_arcs.hpp"
 
-
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
@@ -19,8 +18,8 @@ constexpr double kWithin = 0.9;
 // By how much the second best of a control's values is worse than the best.
 double difference(const RigidManeuverPlant& plant, Eigen::Index i, double switching, double price) {
   const double least = plant.least_control[i], most = plant.most_control[i];
-  std::array<double, 3> hamiltonian = {
-      switching * least + price * std::abs(least), 0, switching * most + price * std::abs(most)};
+  std::array<double, 3> hamiltonian = {switching * least + price * std::abs(least), 0,
+                                       switching * most + price * std::abs(most)};
   std::sort(hamiltonian.begin(), hamiltonian.end());
   return hamiltonian[1] - hamiltonian[0];
 }
@@ -46,7 +45,8 @@ std::vector<SingularArc> likely_arcs(const RigidManeuverPlant& plant, const OnOf
     std::vector<SingularArc> found;
     for (std::size_t k = 0; k < values.size(); ++k)
       if (is_throttled(plant, control, values[k]))
-        found.push_back({control, k == 0 ? 0 : switches[k - 1], k == switches.size() ? maneuver.end_s : switches[k]});
+        found.push_back(
+            {control, k == 0 ? 0 : switches[k - 1], k == switches.size() ? maneuver.end_s : switches[k]});
     std::vector<double> marks = switches;
     for (const SignViolation& violation : signs.violations)
       if (violation.control == control) marks.insert(marks.end(), {violation.from_s, violation.to_s});
@@ -57,7 +57,8 @@ std::vector<SingularArc> likely_arcs(const RigidManeuverPlant& plant, const OnOf
         continue;
       }
       std::size_t q = p;
-      while (q + 1 < signs.times_s.size() && difference(plant, i, signs.switching[q + 1][i], price) <= indifferent)
+      while (q + 1 < signs.times_s.size() &&
+             difference(plant, i, signs.switching[q + 1][i], price) <= indifferent)
         ++q;
       const auto first = std::lower_bound(marks.begin(), marks.end(), signs.times_s[p]);
       const auto last = std::upper_bound(marks.begin(), marks.end(), signs.times_s[q]);
@@ -134,8 +135,7 @@ void throttle(const RigidManeuverPlant& plant, const SingularArc& arc, std::size
   const double shorter = ends == ArcEnds::free ? 0.5 : 0;
   const double piece = 2 * half / (static_cast<double>(pieces) - 2 * shorter);
   for (std::size_t k = 0; k < pieces; ++k) {
-    const double from =
-        k == 0 ? arc.from_s : arc.from_s + piece * (static_cast<double>(k) - shorter);
+    const double from = k == 0 ? arc.from_s : arc.from_s + piece * (static_cast<double>(k) - shorter);
     const double to =
         k + 1 == pieces ? arc.to_s : arc.from_s + piece * (static_cast<double>(k) + 1 - shorter);
     const double x = (0.5 * (from + to) - middle) / half;

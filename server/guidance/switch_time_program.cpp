@@ -254,10 +254,9 @@ SwitchTimeProgram::Slopes SwitchTimeProgram::slopes(const OnOffProgram& program)
     const Level& level = levels_[k];
     const auto i = static_cast<Eigen::Index>(level.control);
     const Eigen::Index column = switches_ + 1 + static_cast<Eigen::Index>(k);
-    slopes.error_slope.col(column) =
-        to_end * ((response_at_start(flight_, spans[k].end, is_free) -
-                   response_at_start(flight_, spans[k].begin, is_free)) *
-                  body_->acceleration_rad_s2.col(i));
+    slopes.error_slope.col(column) = to_end * ((response_at_start(flight_, spans[k].end, is_free) -
+                                                response_at_start(flight_, spans[k].begin, is_free)) *
+                                               body_->acceleration_rad_s2.col(i));
     const double length_s =
         end_of(program, level.control, level.segment) - begin_of(program, level.control, level.segment);
     consumption_slope(0, column) =

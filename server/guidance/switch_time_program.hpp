@@ -2,9 +2,9 @@
 // (Vadali, Singh & Carter 1993, Eqs. 12-15). Its variables are the lengths of all segments but each control's
 // last, and the maneuver's time, in units of a time t_ref; rates are in units of 1/t_ref.
 //
-// A control strictly between its bounds, and not zero, is throttled, and its level is a variable too. Throttled
-// segments of one length in a row are pieces of one singular arc: they share their length, whatever becomes of
-// it.
+// A control strictly between its bounds, and not zero, is throttled, and its level is a variable too.
+// Throttled segments of one length in a row are pieces of one singular arc: they share their length, whatever
+// becomes of it.
 #pragma once
 
 #include "server/guidance/on_off_flight.hpp"
