@@ -292,7 +292,6 @@ OnOffSolution OnOffSearch::settled(const OnOffProgram& maneuver) {
   const auto look_at = [&](const OnOffProgram& given, double shortest) {
     OnOffProgram cleaned = without_short_segments(given, shortest * given.end_s);
     const SwitchTimeProgram program(*problem_, *body_, cleaned);
-    if (program.parameter_count() < 6) return;
     cleaned = program.program(finished(program, program.variables(cleaned)));
     const OnOffSolution projected = judge(cleaned, 80);
     const OnOffSolution newton = polished(projected);

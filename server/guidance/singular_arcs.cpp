@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace slew {
@@ -24,6 +25,68 @@ double difference(const RigidManeuverPlant& plant, Eigen::Index i, double switch
   return hamiltonian[1] - hamiltonian[0];
 }
 
+// Where the control is throttled.
+void add_flown(const RigidManeuverPlant& plant, const OnOffProgram& maneuver, std::size_t control,
+               std::vector<SingularArc>& arcs) {
+  const std::vector<double>&values = maneuver.controls[control], &times = maneuver.switch_times_s[control];
+  for (std::size_t k = 0; k < values.size(); ++k)
+    if (is_throttled(plant, control, values[k]))
+      arcs.push_back({control, k == 0 ? 0 : times[k - 1], k == times.size() ? maneuver.end_s : times[k]});
+}
+
+// From the first to the last switch, or end of a wrong sign, while the control's value hardly matters.
+void add_indifferent(const RigidManeuverPlant& plant, const OnOffProgram& maneuver, const SignTest& signs,
+                     std::size_t control, std::vector<SingularArc>& arcs) {
+  const auto i = static_cast<Eigen::Index>(control);
+  const double price = plant.consumption(i) * signs.multipliers.consumption;
+  const double most = std::max(kIndifferent, 2 * signs.worst);
+  const auto is_indifferent = [&](std::size_t p) {
+    return difference(plant, i, signs.switching[p][i], price) <= most;
+  };
+  std::vector<double> marks = maneuver.switch_times_s[control];
+  for (const SignViolation& violation : signs.violations)
+    if (violation.control == control) marks.insert(marks.end(), {violation.from_s, violation.to_s});
+  std::sort(marks.begin(), marks.end());
+  for (std::size_t p = 0; p < signs.times_s.size(); ++p) {
+    if (!is_indifferent(p)) continue;
+    const auto first = std::lower_bound(marks.begin(), marks.end(), signs.times_s[p]);
+    while (p + 1 < signs.times_s.size() && is_indifferent(p + 1)) ++p;
+    const auto last = std::upper_bound(marks.begin(), marks.end(), signs.times_s[p]);
+    if (last - first >= 2) arcs.push_back({control, *first, *(last - 1)});
+  }
+}
+
+std::vector<SingularArc> joined(std::vector<SingularArc> arcs, double apart_s) {
+  std::sort(arcs.begin(), arcs.end(),
+            [](const SingularArc& a, const SingularArc& b) { return a.from_s < b.from_s; });
+  std::vector<SingularArc> together;
+  for (const SingularArc& arc : arcs) {
+    if (!together.empty() && arc.from_s <= together.back().to_s + apart_s)
+      together.back().to_s = std::max(together.back().to_s, arc.to_s);
+    else
+      together.push_back(arc);
+  }
+  return together;
+}
+
+// Switches of other controls within an arc. Many of them are another arc, and no reason to part this one.
+std::vector<double> switches_within(const RigidManeuverPlant& plant, const OnOffProgram& maneuver,
+                                    const SingularArc& arc, double shortest_s) {
+  constexpr std::size_t kMost = 3;
+  std::vector<double> within;
+  for (std::size_t j = 0; j < maneuver.controls.size(); ++j)
+    for (const double time : maneuver.switch_times_s[j])
+      if (j != arc.control && !is_throttled_at(plant, maneuver, j, time) && time > arc.from_s + shortest_s &&
+          time < arc.to_s - shortest_s)
+        within.push_back(time);
+  std::sort(within.begin(), within.end());
+  within.erase(
+      std::unique(within.begin(), within.end(), [&](double a, double b) { return b - a <= shortest_s; }),
+      within.end());
+  if (within.size() > kMost) within.clear();
+  return within;
+}
+
 }  // namespace
 
 bool is_throttled_at(const RigidManeuverPlant& plant, const OnOffProgram& maneuver, std::size_t control,
@@ -35,59 +98,18 @@ bool is_throttled_at(const RigidManeuverPlant& plant, const OnOffProgram& maneuv
 
 std::vector<SingularArc> likely_arcs(const RigidManeuverPlant& plant, const OnOffProgram& maneuver,
                                      const SignTest& signs) {
+  const double shortest_s = kShortestArc * maneuver.end_s;
   std::vector<SingularArc> arcs;
-  const double indifferent = std::max(kIndifferent, 2 * signs.worst);
   for (std::size_t control = 0; control < maneuver.controls.size(); ++control) {
-    const auto i = static_cast<Eigen::Index>(control);
-    const double price = plant.consumption(i) * signs.multipliers.consumption;
-    const std::vector<double>& switches = maneuver.switch_times_s[control];
-    const std::vector<double>& values = maneuver.controls[control];
     std::vector<SingularArc> found;
-    for (std::size_t k = 0; k < values.size(); ++k)
-      if (is_throttled(plant, control, values[k]))
-        found.push_back(
-            {control, k == 0 ? 0 : switches[k - 1], k == switches.size() ? maneuver.end_s : switches[k]});
-    std::vector<double> marks = switches;
-    for (const SignViolation& violation : signs.violations)
-      if (violation.control == control) marks.insert(marks.end(), {violation.from_s, violation.to_s});
-    std::sort(marks.begin(), marks.end());
-    for (std::size_t p = 0; p < signs.times_s.size();) {
-      if (difference(plant, i, signs.switching[p][i], price) > indifferent) {
-        ++p;
-        continue;
-      }
-      std::size_t q = p;
-      while (q + 1 < signs.times_s.size() &&
-             difference(plant, i, signs.switching[q + 1][i], price) <= indifferent)
-        ++q;
-      const auto first = std::lower_bound(marks.begin(), marks.end(), signs.times_s[p]);
-      const auto last = std::upper_bound(marks.begin(), marks.end(), signs.times_s[q]);
-      if (last - first >= 2) found.push_back({control, *first, *(last - 1)});
-      p = q + 1;
-    }
-    std::sort(found.begin(), found.end(),
-              [](const SingularArc& a, const SingularArc& b) { return a.from_s < b.from_s; });
-    std::vector<SingularArc> joined;
-    const double shortest = kShortestArc * maneuver.end_s;
-    for (const SingularArc& arc : found) {
-      if (!joined.empty() && arc.from_s <= joined.back().to_s + 0.1 * shortest)
-        joined.back().to_s = std::max(joined.back().to_s, arc.to_s);
-      else
-        joined.push_back(arc);
-    }
-    for (const SingularArc& arc : joined) {
-      std::vector<double> others;
-      for (std::size_t j = 0; j < maneuver.controls.size(); ++j)
-        for (const double time : maneuver.switch_times_s[j])
-          if (j != control && !(is_throttled_at(plant, maneuver, j, time)) && time > arc.from_s + shortest &&
-              time < arc.to_s - shortest && (others.empty() || time > others.back() + shortest))
-            others.push_back(time);
-      std::sort(others.begin(), others.end());
-      if (others.size() > 3) others.clear();
+    add_flown(plant, maneuver, control, found);
+    add_indifferent(plant, maneuver, signs, control, found);
+    for (const SingularArc& arc : joined(found, 0.1 * shortest_s)) {
+      std::vector<double> ends = switches_within(plant, maneuver, arc, shortest_s);
+      ends.push_back(arc.to_s);
       double from = arc.from_s;
-      others.push_back(arc.to_s);
-      for (const double to : others) {
-        if (to - from > shortest) arcs.push_back({control, from, to});
+      for (const double to : ends) {
+        if (to - from > shortest_s) arcs.push_back({control, from, to});
         from = to;
       }
     }
