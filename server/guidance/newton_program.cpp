@@ -79,7 +79,7 @@ Eigen::MatrixXd positive_curvature(const Eigen::MatrixXd& curvature, const Eigen
 
 }  // namespace
 
-SequentialResult minimize_by_newton(const NonlinearProgram& program, Eigen::VectorXd start,
+SequentialResult minimize_by_newton(const NonlinearProgram& program, const Eigen::VectorXd& start,
                                     const NewtonOptions& options) {
   SequentialResult result;
   const Eigen::Index n = start.size();

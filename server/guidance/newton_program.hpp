@@ -16,7 +16,7 @@ struct NewtonOptions {
 };
 
 /// From a start that nearly meets the constraints. The objective's curvature is not looked at: it is linear.
-SequentialResult minimize_by_newton(const NonlinearProgram& program, Eigen::VectorXd start,
+SequentialResult minimize_by_newton(const NonlinearProgram& program, const Eigen::VectorXd& start,
                                     const NewtonOptions& options);
 
 }  // namespace slew

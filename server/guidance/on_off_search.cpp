@@ -363,7 +363,7 @@ OnOffSolution OnOffSearch::mended(const OnOffSolution& solution) {
     if (start.switches() == seen.maneuver.switches()) continue;
     const auto maneuver = optimize_levels(start);
     if (!maneuver) break;
-    const OnOffSolution found = settled(*maneuver);
+    OnOffSolution found = settled(*maneuver);
     if (is_extremal(found) && found.maneuver.end_s <= solution.maneuver.end_s * (1 + 1e-9)) return found;
   }
   return solution;

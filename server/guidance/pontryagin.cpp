@@ -197,6 +197,7 @@ SignTest test_signs(const ManeuverProblem& problem, const ManeuverBody& body,
   Vector7 m;
   m << test.multipliers.terminal, test.multipliers.consumption;
   std::vector<Eigen::Vector3d> rate_costates;
+  rate_costates.reserve(responses.size());
   for (const auto& response : responses)
     rate_costates.emplace_back(response.transpose() * test.multipliers.terminal);
   test_arcs(body, maneuver, rate_costates, test);
