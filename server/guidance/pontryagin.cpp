@@ -100,7 +100,6 @@ void test_arcs(const ManeuverBody& body, const OnOffProgram& maneuver,
       const std::vector<double>& times = maneuver.switch_times_s[i];
       test.throttled_s += (k == times.size() ? maneuver.end_s : times[k]) - (k == 0 ? 0 : times[k - 1]);
     }
-  if (test.throttled_s == 0) return;
   for (std::size_t p = 0; p + 1 < test.times_s.size(); ++p) {
     const double middle_s = 0.5 * (test.times_s[p] + test.times_s[p + 1]);
     std::vector<Eigen::Index> throttled;
@@ -173,7 +172,7 @@ SignTest test_signs(const ManeuverProblem& problem, const ManeuverBody& body,
     const Eigen::Matrix<double, 6, 3> response =
         to_end * inverse_transition(point.transition, body.plant.is_free()).rightCols<3>();
     test.times_s.push_back(point.time_s);
-    responses.push_back(response);
+    if (program.levels() > 0) responses.push_back(response);
     Eigen::VectorXd switching(controls);
     for (std::size_t i = 0; i < controls; ++i) {
       Look look{i, point.time_s, Vector7::Zero(), 0};
@@ -196,11 +195,13 @@ SignTest test_signs(const ManeuverProblem& problem, const ManeuverBody& body,
   }
   Vector7 m;
   m << test.multipliers.terminal, test.multipliers.consumption;
-  std::vector<Eigen::Vector3d> rate_costates;
-  rate_costates.reserve(responses.size());
-  for (const auto& response : responses)
-    rate_costates.emplace_back(response.transpose() * test.multipliers.terminal);
-  test_arcs(body, maneuver, rate_costates, test);
+  if (program.levels() > 0) {
+    std::vector<Eigen::Vector3d> rate_costates;
+    rate_costates.reserve(responses.size());
+    for (const auto& response : responses)
+      rate_costates.emplace_back(response.transpose() * test.multipliers.terminal);
+    test_arcs(body, maneuver, rate_costates, test);
+  }
   for (std::size_t p = 0; p < test.times_s.size(); ++p) test.switching.emplace_back(controls);
   for (std::size_t i = 0; i < controls; ++i) {
     std::size_t p = 0;

@@ -232,39 +232,45 @@ SwitchTimeProgram::Slopes SwitchTimeProgram::slopes(const OnOffProgram& program)
   slopes.error = error.value;
   slopes.error.tail<3>() *= reference_s_;
   slopes.error_slope.setZero(6, parameter_count());
-  Eigen::MatrixXd consumption_slope = Eigen::MatrixXd::Zero(1, parameter_count());
   for (std::size_t k = 0; k < flight_.switches().size(); ++k) {
     const FlownSwitch& flown = flight_.switches()[k];
     const Matrix6 inverse = inverse_transition(flight_.at_switch(k).transition, is_free);
     const Eigen::Vector3d jump = (flown.before - flown.after) * body_->acceleration_rad_s2.col(flown.control);
     const Vector6 at_start = inverse.rightCols<3>() * jump;
     add_switch(flown, Vector6(reference_s_ * (to_end * at_start)), slopes.error_slope);
-    const double saved =
-        body_->plant.consumption(flown.control) * (std::abs(flown.before) - std::abs(flown.after));
-    add_switch(flown, Eigen::Matrix<double, 1, 1>(saved), consumption_slope);
   }
   slopes.error_slope.col(switches_) +=
       reference_s_ * (change * flight_.drift_at(end, flight_.controls_at_end()));
-  double consumption = 0;
-  for (Eigen::Index i = 0; i < body_->plant.controls(); ++i)
-    consumption += body_->plant.consumption(i) * std::abs(flight_.controls_at_end()[i]);
-  consumption_slope(0, switches_) += consumption;
   const std::vector<Span> spans = level_spans();
+  for (std::size_t k = 0; k < levels_.size(); ++k)
+    slopes.error_slope.col(switches_ + 1 + static_cast<Eigen::Index>(k)) =
+        to_end * ((response_at_start(flight_, spans[k].end, is_free) -
+                   response_at_start(flight_, spans[k].begin, is_free)) *
+                  body_->acceleration_rad_s2.col(static_cast<Eigen::Index>(levels_[k].control)));
+  if (limits_consumption_) slopes.consumption_slope = consumption_slope(program);
+  return slopes;
+}
+
+// After a flight.
+Eigen::VectorXd SwitchTimeProgram::consumption_slope(const OnOffProgram& program) const {
+  using Scalar = Eigen::Matrix<double, 1, 1>;
+  Eigen::MatrixXd slope = Eigen::MatrixXd::Zero(1, parameter_count());
+  for (const FlownSwitch& flown : flight_.switches())
+    add_switch(
+        flown,
+        Scalar(body_->plant.consumption(flown.control) * (std::abs(flown.before) - std::abs(flown.after))),
+        slope);
+  for (Eigen::Index i = 0; i < body_->plant.controls(); ++i)
+    slope(0, switches_) += body_->plant.consumption(i) * std::abs(flight_.controls_at_end()[i]);
   for (std::size_t k = 0; k < levels_.size(); ++k) {
-    const Level& level = levels_[k];
-    const auto i = static_cast<Eigen::Index>(level.control);
-    const Eigen::Index column = switches_ + 1 + static_cast<Eigen::Index>(k);
-    slopes.error_slope.col(column) = to_end * ((response_at_start(flight_, spans[k].end, is_free) -
-                                                response_at_start(flight_, spans[k].begin, is_free)) *
-                                               body_->acceleration_rad_s2.col(i));
-    const double length_s =
-        end_of(program, level.control, level.segment) - begin_of(program, level.control, level.segment);
-    consumption_slope(0, column) =
-        std::copysign(body_->plant.consumption(i), program.controls[level.control][level.segment]) *
+    const auto& [control, segment] = levels_[k];
+    const double length_s = end_of(program, control, segment) - begin_of(program, control, segment);
+    slope(0, switches_ + 1 + static_cast<Eigen::Index>(k)) =
+        std::copysign(body_->plant.consumption(static_cast<Eigen::Index>(control)),
+                      program.controls[control][segment]) *
         length_s / reference_s_;
   }
-  slopes.consumption_slope = consumption_slope.transpose();
-  return slopes;
+  return slope.transpose();
 }
 
 // From slopes with the switch times: a length moves all later switches of its control.

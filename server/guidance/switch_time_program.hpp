@@ -40,8 +40,8 @@ class SwitchTimeProgram {
   /// consumption), as the conditions of optimality need them.
   struct Slopes {
     Eigen::Matrix<double, 6, 1> error;
-    Eigen::MatrixXd error_slope;  ///< 6 rows
-    Eigen::VectorXd consumption_slope;
+    Eigen::MatrixXd error_slope;        ///< 6 rows
+    Eigen::VectorXd consumption_slope;  ///< empty where it is not limited
   };
   Slopes slopes(const OnOffProgram& program) const;
 
@@ -68,6 +68,7 @@ class SwitchTimeProgram {
   void place_pieces(OnOffProgram& program) const;
   void fly(const OnOffProgram& program, bool with_middles) const;
   std::vector<Span> level_spans() const;
+  Eigen::VectorXd consumption_slope(const OnOffProgram& program) const;
   template <typename Column>
   void add_switch(const FlownSwitch& flown, const Column& change, Eigen::MatrixXd& slope) const;
   Eigen::MatrixXd in_lengths(Eigen::MatrixXd rows) const;
