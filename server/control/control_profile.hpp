@@ -18,7 +18,7 @@ namespace slew {
 
 /// What a family of control histories leaves to be chosen: see below.
 enum class ProfileFamily {
-  on_off,           ///< least, zero or most control, switched at free times: what is time-optimal
+  on_off,           ///< least, zero or most control, or throttled along singular arcs: what is time-optimal
   smooth_switches,  ///< arctangents for switches, rounded at both ends (Eqs. 7, 8, 16)
   impulses          ///< thrust, coast, thrust (Eq. 9)
 };

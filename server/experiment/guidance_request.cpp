@@ -35,7 +35,7 @@ std::optional<double> consumption_of_propellant(const Propellant& propellant, co
          (*propellant.specific_impulse_s * kStandardGravity_m_s2 * propellant.gas_density_kg_m3.value_or(1));
 }
 
-// B, bounds, and what is consumed.
+// B, bounds, whether they may be throttled, and what is consumed.
 void set_controls(RigidManeuverPlant& plant, const char*& consumed, const IdealTorque& ideal) {
   plant.influence_N_m = ideal.influence_N_m ? *ideal.influence_N_m : ideal.maximum_N_m->asDiagonal();
   if (!ideal.gas_flow_m3_s) return;
@@ -44,6 +44,7 @@ void set_controls(RigidManeuverPlant& plant, const char*& consumed, const IdealT
 }
 
 void set_controls(RigidManeuverPlant& plant, const char*& consumed, const AxisThrusters& couples) {
+  plant.is_on_off = true;
   plant.influence_N_m = couples.axes * couples.torque_N_m.asDiagonal();
   if (couples.gas_flow_m3_s) {
     plant.consumption_1_s = *couples.gas_flow_m3_s;
@@ -56,6 +57,7 @@ void set_controls(RigidManeuverPlant& plant, const char*& consumed, const AxisTh
 
 void set_controls(RigidManeuverPlant& plant, const char*& consumed, const MountedThrusters& mounted) {
   const auto count = static_cast<Eigen::Index>(mounted.thrusters.size());
+  plant.is_on_off = true;
   plant.influence_N_m.resize(3, count);
   plant.least_control = Eigen::VectorXd::Zero(count);
   plant.most_control = Eigen::VectorXd::Ones(count);

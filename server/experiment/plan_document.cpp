@@ -98,6 +98,8 @@ json certificate_document(const PlanningTask& task, const PlanCertificate& certi
   document["violating_s"] = certificate.violating_s;
   document["worst_sign"] = certificate.worst_sign;
   document["saving_s"] = certificate.saving_s;
+  document["throttled_s"] = certificate.throttled_s;
+  document["legendre_clebsch"] = finite(certificate.legendre_clebsch);
   document["final_costate"] = numbers(certificate.final_costate);
   document["price"] = certificate.price;
   return document;

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/guidance/newton_program.hpp"
+#include "server/guidance/singular_arcs.hpp"
+
 namespace slew {
 
 namespace {
@@ -17,9 +20,25 @@ constexpr double kMet = 1e-7;
 // segments is enough.
 constexpr double kWorthARound = 1e-4;
 constexpr double kWorthRefining = 3e-6;
+// Of the maneuver's time: what may be saved by more segments is not worth them.
+constexpr double kNothingToSave = 5e-6;
+// Of the Hamiltonian, which is -1.
+constexpr double kSignsRight = 1e-4;
+constexpr double kConditionsMet = 1e-5;
+constexpr double kConditionsNearlyMet = 1e-3;
+constexpr double kPolished = 1e-8;
+// Of the maneuver's time: what taking levels for bounds may cost, and what more pieces of an arc must be
+// worth.
+constexpr double kSettled = 1e-7;
+constexpr double kWorthMorePieces = 2e-7;
+// Of an arc, one attempt after the other.
+constexpr std::pair<std::size_t, ArcEnds> kPieces[] = {
+    {8, ArcEnds::alike}, {16, ArcEnds::alike}, {16, ArcEnds::free}, {24, ArcEnds::free}};
 constexpr std::size_t kMostSwitches = 240;
 // Newton's method flies once for each switch in every step, and with more of them it gains nothing.
-constexpr std::size_t kMostForNewton = 60;
+constexpr Eigen::Index kMostForNewton = 60;
+// With levels it does: these are what SLSQP leaves undone.
+constexpr Eigen::Index kMostWithLevels = 160;
 
 // Newton's method may end at another root, which is longer.
 const OnOffSolution& sound(const OnOffSolution& polished, const OnOffSolution& before) {
@@ -28,7 +47,24 @@ const OnOffSolution& sound(const OnOffSolution& polished, const OnOffSolution& b
   return is_sound ? polished : before;
 }
 
+bool saves_next_to_nothing(const OnOffSolution& solution) {
+  return !solution.is_rate_active && solution.signs.saving_s < kNothingToSave * solution.maneuver.end_s;
+}
+
 }  // namespace
+
+bool is_extremal(const OnOffSolution& solution) {
+  return saves_next_to_nothing(solution) && solution.residual < kConditionsMet &&
+         solution.signs.worst < kSignsRight && solution.signs.legendre_clebsch >= 0;
+}
+
+bool is_nearly_extremal(const OnOffSolution& solution) {
+  return saves_next_to_nothing(solution) && solution.residual < kConditionsNearlyMet;
+}
+
+bool is_worth_refining(const OnOffSolution& solution) {
+  return !is_extremal(solution) || solution.signs.saving_s >= kWorthRefining * solution.maneuver.end_s;
+}
 
 OnOffProgram without_short_segments(const OnOffProgram& program, double shortest_s) {
   OnOffProgram shorter = program;
@@ -81,7 +117,7 @@ bool OnOffSearch::may_go_on() {
 bool OnOffSearch::restore(const SwitchTimeProgram& program, Eigen::VectorXd& z) {
   constexpr double kNear = 0.1;
   constexpr int kMostSteps = 12;
-  const Eigen::Index n = z.size();
+  const Eigen::Index n = z.size(), end = program.time_at();
   NonlinearValues values;
   program.nonlinear().evaluate(z, values);
   ++evaluations_;
@@ -92,7 +128,7 @@ bool OnOffSearch::restore(const SwitchTimeProgram& program, Eigen::VectorXd& z) 
         values.equal_slope.transpose() * values.equal_slope + damping * Eigen::MatrixXd::Identity(n, n);
     Eigen::VectorXd next = z - normal.ldlt().solve(values.equal_slope.transpose() * values.equal);
     next = next.cwiseMax(program.nonlinear().least).cwiseMin(program.nonlinear().most);
-    next[n - 1] = std::clamp(next[n - 1], 0.6 * z[n - 1], 1.5 * z[n - 1]);
+    next[end] = std::clamp(next[end], 0.6 * z[end], 1.5 * z[end]);
     // Lengths that do not fit in are made shorter alike.
     OnOffProgram fitted = program.program(next);
     for (auto& times : fitted.switch_times_s)
@@ -126,7 +162,9 @@ Eigen::VectorXd OnOffSearch::finished(const SwitchTimeProgram& program, Eigen::V
     ++evaluations_;
     std::vector<Eigen::Index> inside, active;
     for (Eigen::Index j = 0; j < z.size(); ++j)
-      if (z[j] > program.nonlinear().least[j] + 1e-9) inside.push_back(j);
+      if (z[j] > program.nonlinear().least[j] + 1e-9 &&
+          !(j > program.time_at() && z[j] > program.nonlinear().most[j] - 1e-9))
+        inside.push_back(j);
     for (Eigen::Index i = 0; i < values.positive.size(); ++i)
       if (values.positive[i] < 1e-9) active.push_back(i);
     if (inside.empty()) break;
@@ -143,6 +181,10 @@ Eigen::VectorXd OnOffSearch::finished(const SwitchTimeProgram& program, Eigen::V
     if (value.lpNorm<Eigen::Infinity>() < 1e-11) break;
     const Eigen::VectorXd change = slope.completeOrthogonalDecomposition().solve(-value);
     for (std::size_t j = 0; j < inside.size(); ++j) z[inside[j]] += change[static_cast<Eigen::Index>(j)];
+    const Eigen::Index levels = program.levels();
+    z.tail(levels) = z.tail(levels)
+                         .cwiseMax(program.nonlinear().least.tail(levels))
+                         .cwiseMin(program.nonlinear().most.tail(levels));
   }
   return z;
 }
@@ -177,9 +219,10 @@ OnOffSolution OnOffSearch::judge(const OnOffProgram& maneuver, int steps) {
   program.nonlinear().evaluate(program.variables(maneuver), values);
   solution.violation = std::max(values.equal.lpNorm<Eigen::Infinity>(), -values.positive.minCoeff());
   const auto controls = static_cast<Eigen::Index>(maneuver.controls.size());
+  const auto switches = static_cast<Eigen::Index>(maneuver.switches());
   if (problem_->most_consumption) solution.is_consumption_active = values.positive[controls] < 1e-5;
   if (problem_->most_rate_rad_s)
-    solution.is_rate_active = values.positive.tail(3 * (2 * program.switches() + 1)).minCoeff() < 1e-6;
+    solution.is_rate_active = values.positive.tail(3 * (2 * switches + 1)).minCoeff() < 1e-6;
   solution.signs = test_signs(*problem_, *body_, program, maneuver, solution.is_consumption_active, steps);
   solution.residual = solution.signs.multipliers.residual;
   evaluations_ += 2;
@@ -206,6 +249,8 @@ OnOffProgram OnOffSearch::with_segments(const OnOffSolution& solution, double pa
     if (filled.switches() + 2 > kMostSwitches) break;
     if (violation.saving_s < 0.05 * violations.front().saving_s) break;
     if (!is_everywhere && has_one[violation.control]) continue;
+    // Where a control is throttled already more pieces help, not other values.
+    if (is_throttled_at(body_->plant, solution.maneuver, violation.control, violation.peak_s)) continue;
     has_one[violation.control] = true;
     const double half = 0.5 * part * (violation.to_s - violation.from_s);
     const double from = std::max(violation.from_s, violation.peak_s - half);
@@ -218,7 +263,110 @@ OnOffProgram OnOffSearch::with_segments(const OnOffSolution& solution, double pa
 // Wherever signs are wrong at once: along a singular arc each round makes three segments of one, and a ninth
 // is left to be saved.
 OnOffSolution OnOffSearch::refine(const OnOffSolution& solution) {
-  return polish(filled(polish(solution), kWorthRefining, 12, true));
+  return mended(polish(filled(polish(solution), kWorthRefining, 12, true)));
+}
+
+std::optional<OnOffProgram> OnOffSearch::optimize_levels(const OnOffProgram& start) {
+  const SwitchTimeProgram program(*problem_, *body_, start);
+  Eigen::VectorXd variables = program.variables(start);
+  if (!restore(program, variables)) return std::nullopt;
+  NewtonOptions options;
+  const Eigen::Index n = variables.size(), levels = program.levels();
+  options.steps = Eigen::VectorXd::Constant(n, 1e-6);
+  options.steps.tail(levels).setConstant(1e-5);
+  options.reach = Eigen::VectorXd::Constant(n, 0.05);
+  options.reach.tail(levels) =
+      0.5 * (program.nonlinear().most.tail(levels) - program.nonlinear().least.tail(levels));
+  options.keep_going = [this] { return may_go_on(); };
+  const SequentialResult result = minimize_by_newton(program.nonlinear(), variables, options);
+  evaluations_ += result.evaluations;
+  ++solved_;
+  if (!(result.violation <= kMet)) return std::nullopt;
+  return program.program(result.at);
+}
+
+// Levels near a bound become the bound, pieces that are alone switches, short segments nothing, and Newton's
+// method does the rest. How near and how short: until it gets there.
+OnOffSolution OnOffSearch::settled(const OnOffProgram& maneuver) {
+  std::optional<OnOffSolution> best;
+  const auto look_at = [&](const OnOffProgram& given, double shortest) {
+    OnOffProgram cleaned = without_short_segments(given, shortest * given.end_s);
+    const SwitchTimeProgram program(*problem_, *body_, cleaned);
+    cleaned = program.program(finished(program, program.variables(cleaned)));
+    const OnOffSolution projected = judge(cleaned, 80);
+    const OnOffSolution newton = polished(projected);
+    const OnOffSolution& found = sound(newton, projected);
+    const bool is_better = best && found.violation <= kMet && found.residual < best->residual &&
+                           found.maneuver.end_s < best->maneuver.end_s * (1 + kSettled);
+    if (!best || is_better) best = found;
+  };
+  const auto is_settled = [&] { return best && best->violation <= kMet && best->residual < kPolished; };
+  for (const double near : {1e-6, 1e-4, 1e-3, 1e-2}) {
+    const OnOffProgram snapped = with_saturated_levels(body_->plant, maneuver, near);
+    const double shortest = std::max(kVanished, 0.1 * near);
+    look_at(snapped, shortest);
+    if (!is_settled()) look_at(without_lone_levels(body_->plant, snapped), shortest);
+    if (is_settled()) break;
+  }
+  return *best;
+}
+
+std::optional<OnOffSolution> OnOffSearch::throttled(const OnOffSolution& solution) {
+  std::optional<OnOffSolution> best;
+  OnOffSolution now = solution;
+  for (const auto& [pieces, ends] : kPieces) {
+    if (now.is_rate_active || !may_go_on()) break;
+    auto arcs = likely_arcs(body_->plant, now.maneuver, now.signs);
+    if (arcs.empty()) break;
+    OnOffProgram start = with_segments(now, 0.5, true);
+    for (SingularArc& arc : arcs) {
+      leave_room(now, pieces, arc, start);
+      throttle(body_->plant, arc, pieces, ends, start);
+    }
+    const auto maneuver = optimize_levels(start);
+    if (!maneuver) break;
+    now = settled(*maneuver);
+    if (now.violation <= kMet && now.maneuver.end_s < (best ? best->maneuver : solution.maneuver).end_s)
+      best = now;
+    if (best && is_extremal(*best) && best->signs.saving_s < kWorthMorePieces * best->maneuver.end_s) break;
+  }
+  if (best) best = mended(*best);
+  return best;
+}
+
+// An arc that reaches an end of the maneuver: a bang comes between, as S_i has no reason to vanish there.
+void OnOffSearch::leave_room(const OnOffSolution& solution, std::size_t pieces, SingularArc& arc,
+                             OnOffProgram& program) {
+  const double end = program.end_s, tiny = 1e-9 * end;
+  const double room = 0.3 * (arc.to_s - arc.from_s) / static_cast<double>(pieces);
+  const bool at_start = arc.from_s <= tiny, at_end = arc.to_s >= end - tiny;
+  for (const SignViolation& violation : solution.signs.violations) {
+    if (violation.control != arc.control) continue;
+    if (at_start && violation.from_s <= tiny) {
+      insert_segment(program, arc.control, violation.value, 0, room);
+      arc.from_s = room;
+    }
+    if (at_end && violation.to_s >= end - tiny) {
+      insert_segment(program, arc.control, violation.value, end - room, end);
+      arc.to_s = end - room;
+    }
+  }
+}
+
+// A wrong sign so short that no point of the last look but one fell into it, as at the ends of a maneuver.
+OnOffSolution OnOffSearch::mended(const OnOffSolution& solution) {
+  if (is_extremal(solution) || !saves_next_to_nothing(solution) || solution.residual >= kConditionsMet)
+    return solution;
+  for (const int fine : {4000, 32000}) {
+    const OnOffSolution seen = judge(solution.maneuver, fine);
+    const OnOffProgram start = with_segments(seen, 0.5, true);
+    if (start.switches() == seen.maneuver.switches()) continue;
+    const auto maneuver = optimize_levels(start);
+    if (!maneuver) break;
+    OnOffSolution found = settled(*maneuver);
+    if (is_extremal(found) && found.maneuver.end_s <= solution.maneuver.end_s * (1 + 1e-9)) return found;
+  }
+  return solution;
 }
 
 OnOffSolution OnOffSearch::filled(OnOffSolution best, double worth, int most_rounds, bool is_thorough) {
@@ -272,11 +420,10 @@ std::optional<OnOffSolution> OnOffSearch::settle_beside(const OnOffProgram& star
 // A segment that is about to vanish keeps Newton's method from the conditions: it is taken out, and the
 // switch times are optimized once more.
 OnOffSolution OnOffSearch::polish(const OnOffSolution& solution) {
-  constexpr double kConditionsMet = 1e-8;
-  if (solution.maneuver.switches() > kMostForNewton) return solution;
+  if (static_cast<Eigen::Index>(solution.maneuver.switches()) > kMostForNewton) return solution;
   OnOffSolution best = polished(solution);
   for (const double shortest : {1e-4, 1e-3}) {
-    if (best.residual < kConditionsMet || best.is_rate_active) break;
+    if (best.residual < kPolished || best.is_rate_active) break;
     const OnOffProgram fewer = without_short_segments(solution.maneuver, shortest * solution.maneuver.end_s);
     if (fewer.switches() == solution.maneuver.switches()) continue;
     const auto optimized = optimize(fewer, 1e-10);
@@ -289,24 +436,16 @@ OnOffSolution OnOffSearch::polish(const OnOffSolution& solution) {
 
 OnOffSolution OnOffSearch::polished(const OnOffSolution& solution) {
   const SwitchTimeProgram program(*problem_, *body_, solution.maneuver);
-  const Eigen::Index n = program.switches() + 1;
+  const Eigen::Index n = program.parameter_count();
   const Eigen::Index conditions = solution.is_consumption_active ? 7 : 6;
-  if (solution.is_rate_active || n < conditions || solution.maneuver.switches() > kMostForNewton)
+  if (solution.is_rate_active || n < conditions ||
+      n > (program.levels() > 0 ? kMostWithLevels : kMostForNewton) + 1)
     return solution;
   const double scale = program.reference_s();
   const double limit = problem_->most_consumption.value_or(0);
 
-  // Times in units of t_ref, control by control, the end last; then the multipliers.
-  const auto maneuver_at = [&](const Eigen::VectorXd& y) {
-    OnOffProgram moved = solution.maneuver;
-    Eigen::Index next = 0;
-    for (auto& times : moved.switch_times_s)
-      for (double& time : times) time = scale * y[next++];
-    moved.end_s = scale * y[n - 1];
-    return moved;
-  };
   const auto look = [&](const Eigen::VectorXd& y, Eigen::VectorXd& c, Eigen::MatrixXd& a) {
-    const OnOffProgram moved = maneuver_at(y);
+    const OnOffProgram moved = program.program_of_parameters(y);
     const SwitchTimeProgram::Slopes slopes = program.slopes(moved);
     ++evaluations_;
     c.resize(conditions);
@@ -318,7 +457,12 @@ OnOffSolution OnOffSearch::polished(const OnOffSolution& solution) {
       a.row(6) = slopes.consumption_slope.transpose();
     }
   };
-  const auto is_in_order = [&](const OnOffProgram& moved) {
+  const Eigen::Index levels = program.levels();
+  const auto is_possible = [&](const Eigen::VectorXd& y) {
+    if (!(y.tail(levels).array() > program.nonlinear().least.tail(levels).array()).all() ||
+        !(y.tail(levels).array() < program.nonlinear().most.tail(levels).array()).all())
+      return false;
+    const OnOffProgram moved = program.program_of_parameters(y);
     for (const auto& times : moved.switch_times_s) {
       double before = 0;
       for (const double time : times) {
@@ -330,15 +474,12 @@ OnOffSolution OnOffSearch::polished(const OnOffSolution& solution) {
     return true;
   };
 
-  Eigen::VectorXd y(n), m(conditions), c, c_moved;
+  // First the parameters, then the multipliers.
+  Eigen::VectorXd y = program.parameters(solution.maneuver), m(conditions), c, c_moved;
   Eigen::MatrixXd a, a_moved;
-  Eigen::Index next = 0;
-  for (const auto& times : solution.maneuver.switch_times_s)
-    for (const double time : times) y[next++] = time / scale;
-  y[n - 1] = solution.maneuver.end_s / scale;
   m.head<6>() = solution.signs.multipliers.terminal;
   if (conditions == 7) m[6] = solution.signs.multipliers.consumption;
-  const Eigen::VectorXd wanted = Eigen::VectorXd::Unit(n, n - 1);
+  const Eigen::VectorXd wanted = Eigen::VectorXd::Unit(n, program.time_at());
   look(y, c, a);
   double error =
       std::max(c.lpNorm<Eigen::Infinity>(), (wanted + a.transpose() * m).lpNorm<Eigen::Infinity>());
@@ -361,7 +502,7 @@ OnOffSolution OnOffSearch::polished(const OnOffSolution& solution) {
     bool has_moved = false;
     for (double part = 1; part > 0.01 && !has_moved; part *= 0.5) {
       const Eigen::VectorXd y_next = y + part * step.head(n), m_next = m + part * step.tail(conditions);
-      if (!is_in_order(maneuver_at(y_next))) continue;
+      if (!is_possible(y_next)) continue;
       look(y_next, c_moved, a_moved);
       const double next_error = std::max(c_moved.lpNorm<Eigen::Infinity>(),
                                          (wanted + a_moved.transpose() * m_next).lpNorm<Eigen::Infinity>());
@@ -371,7 +512,7 @@ OnOffSolution OnOffSearch::polished(const OnOffSolution& solution) {
     }
     if (!has_moved) break;
   }
-  OnOffSolution result = judge(maneuver_at(y), 200);
+  OnOffSolution result = judge(program.program_of_parameters(y), 200);
   result.is_consumption_active = solution.is_consumption_active;
   return result;
 }

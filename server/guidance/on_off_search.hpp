@@ -5,7 +5,7 @@
 #include <functional>
 #include <optional>
 
-#include "server/guidance/pontryagin.hpp"
+#include "server/guidance/singular_arcs.hpp"
 
 namespace slew {
 
@@ -17,6 +17,13 @@ struct OnOffSolution {
   bool is_consumption_active = false, is_rate_active = false;
 };
 
+/// Meets the conditions of optimality, and nothing worth mentioning is left to be saved.
+bool is_extremal(const OnOffSolution& solution);
+/// Likewise, but for signs that are wrong for a while, and costates that fit less well for it.
+bool is_nearly_extremal(const OnOffSolution& solution);
+/// Not an extremal, or one that more segments or levels would still make shorter.
+bool is_worth_refining(const OnOffSolution& solution);
+
 class OnOffSearch {
  public:
   OnOffSearch(const ManeuverProblem& problem, const ManeuverBody& body, std::function<bool()> keep_going)
@@ -27,6 +34,8 @@ class OnOffSearch {
   std::optional<OnOffSolution> descend(const OnOffProgram& start, double worth_s);
   /// Segments are put in until next to nothing is left to be saved; never slower than the solution.
   OnOffSolution refine(const OnOffSolution& solution);
+  /// With its singular arcs throttled; nothing where no arcs are seen, or where that is not faster.
+  std::optional<OnOffSolution> throttled(const OnOffSolution& solution);
   /// Of these sequences only: nothing where a segment vanishes.
   std::optional<OnOffSolution> settle(const OnOffProgram& start);
   /// Likewise, by Newton's method alone: also where the extremal beside the start is no minimum, as the
@@ -43,8 +52,13 @@ class OnOffSearch {
   std::optional<OnOffProgram> optimize(const OnOffProgram& start, double tolerance);
   bool restore(const SwitchTimeProgram& program, Eigen::VectorXd& variables);
   Eigen::VectorXd finished(const SwitchTimeProgram& program, Eigen::VectorXd variables);
-  static OnOffProgram with_segments(const OnOffSolution& solution, double part, bool is_everywhere);
+  OnOffProgram with_segments(const OnOffSolution& solution, double part, bool is_everywhere);
   OnOffSolution filled(OnOffSolution best, double worth, int most_rounds, bool is_thorough);
+  std::optional<OnOffProgram> optimize_levels(const OnOffProgram& start);
+  static void leave_room(const OnOffSolution& solution, std::size_t pieces, SingularArc& arc,
+                         OnOffProgram& program);
+  OnOffSolution mended(const OnOffSolution& solution);
+  OnOffSolution settled(const OnOffProgram& maneuver);
   OnOffSolution polished(const OnOffSolution& solution);
   OnOffSolution judge(const OnOffProgram& maneuver, int steps);
   bool may_go_on();

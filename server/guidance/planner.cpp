@@ -16,18 +16,23 @@ namespace {
 // Times that agree so well are one optimum's.
 constexpr double kSameTime = 2e-6;
 
-std::string sentence(const Plan& plan) {
+std::string sentence(const Plan& plan, bool is_on_off) {
   switch (plan.status) {
     case PlanStatus::extremal:
+      if (plan.certificate.throttled_s > 0)
+        return "an extremal: along singular arcs controls are throttled, elsewhere their signs agree with "
+               "Pontryagin's principle; nothing shorter was found, which is no proof that nothing is";
       return plan.family == ProfileFamily::on_off
                  ? "an extremal: the signs of all controls agree with Pontryagin's principle; nothing "
                    "shorter was "
                    "found, which is no proof that nothing is"
                  : "an optimum of its family: no small change of the parameters is shorter";
     case PlanStatus::nearly_extremal:
-      return "an extremal but for a singular arc, along which a control switches often: setting its sign "
-             "right "
-             "saves next to nothing";
+      return is_on_off
+                 ? "an extremal but for a singular arc, along which a control that is on or off can only "
+                   "switch often: setting its sign right saves next to nothing"
+                 : "an extremal but for signs that are wrong for a while: setting them right saves next "
+                   "to nothing";
     case PlanStatus::best_found:
       return plan.log.ended_by == SearchEnd::evaluations || plan.log.ended_by == SearchEnd::caller
                  ? "the best that was found before the search was stopped"
@@ -103,7 +108,7 @@ Plan plan(const ManeuverProblem& problem, const PlannerOptions& options, const P
   plan.faults = maneuver_faults(problem);
   if (!plan.faults.empty()) {
     plan.status = PlanStatus::refused;
-    plan.why = sentence(plan);
+    plan.why = sentence(plan, problem.plant.is_on_off);
     return plan;
   }
   const ManeuverBody body(problem.plant);
@@ -154,7 +159,7 @@ Plan plan(const ManeuverProblem& problem, const PlannerOptions& options, const P
     if (!plan.certificate.meets_all) plan.status = PlanStatus::none;
     if (plan.status != PlanStatus::none && budget.is_spent()) plan.status = PlanStatus::best_found;
   }
-  plan.why = sentence(plan);
+  plan.why = sentence(plan, problem.plant.is_on_off);
   return plan;
 }
 

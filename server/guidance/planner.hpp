@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <limits>
 
 #include "server/control/control_history.hpp"
 #include "server/control/torque_program.hpp"
@@ -36,8 +37,8 @@ struct PlannerProgress {
 enum class PlanStatus {
   extremal,  ///< meets everything, and the conditions of optimality of its family: no small change is faster
   /// Meets everything; some control has the wrong sign for a while, which would save no more than a few
-  /// millionths of the time: it switches often along a singular arc, which no finite number of switches
-  /// follows.
+  /// millionths of the time: where controls may not be throttled one switches often along a singular arc,
+  /// which no finite number of switches follows.
   nearly_extremal,
   best_found,  ///< meets everything; shown to be no more than that
   none,        ///< nothing that meets the conditions was found
@@ -76,6 +77,10 @@ struct PlanCertificate {
   double violating_s = 0;  ///< on-off: how long controls have the wrong sign
   double worst_sign = 0;   ///< on-off: the largest excess of the Hamiltonian
   double saving_s = 0;     ///< on-off: what setting them right may save, to first order
+  double throttled_s = 0;  ///< on-off: how long controls are throttled, along singular arcs
+  /// On-off: the generalised Legendre-Clebsch condition along these, to be no less than 0 (pontryagin.hpp);
+  /// infinite where there are none.
+  double legendre_clebsch = std::numeric_limits<double>::infinity();
   Eigen::Matrix<double, 6, 1> final_costate = Eigen::Matrix<double, 6, 1>::Zero();
   double price = 0;                ///< of consumption: s that a unit more would save
   bool signs_were_tested = false;  ///< not where a rate is on its limit
@@ -102,8 +107,8 @@ Plan plan(const ManeuverProblem& problem, const PlannerOptions& options = {},
 /// u at t of the maneuver; zero from its end on.
 Eigen::VectorXd control_at(const ControlHistory& history, const RigidManeuverPlant& plant, double t_s);
 
-/// The plan as a torque about body axes; nothing where it coasts, where a control is not about one body axis,
-/// or where the two signs of a control differ in size.
+/// The plan as a torque about body axes; nothing where it coasts, where a control is throttled, where a
+/// control is not about one body axis, or where the two signs of a control differ in size.
 std::optional<TorqueProgram> torque_program(const Plan& plan, const RigidManeuverPlant& plant);
 
 }  // namespace slew

@@ -1,5 +1,6 @@
 #include "server/guidance/pontryagin.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <Eigen/SVD>
 #include <algorithm>
@@ -72,17 +73,60 @@ void choose_among_free(const RigidManeuverPlant& plant, const std::vector<Look>&
   multipliers.consumption = m[6];
 }
 
+// Of a free body as of one under moments that only its attitude makes, S_i'' = ... - r^T I^-1 (B_i x I^-1 B_j
+// + B_j x I^-1 B_i) u_j, where r is the costate of the rate.
+double least_clebsch(const ManeuverBody& body, const Eigen::Vector3d& costate,
+                     const std::vector<Eigen::Index>& throttled) {
+  const auto n = static_cast<Eigen::Index>(throttled.size());
+  const Eigen::Vector3d turned = body.inverse * costate;
+  Eigen::MatrixXd matrix(n, n);
+  for (Eigen::Index a = 0; a < n; ++a)
+    for (Eigen::Index b = 0; b < n; ++b) {
+      const auto i = throttled[static_cast<std::size_t>(a)], j = throttled[static_cast<std::size_t>(b)];
+      const Eigen::Vector3d bi = body.plant.influence_N_m.col(i), bj = body.plant.influence_N_m.col(j);
+      matrix(a, b) =
+          turned.dot(bi.cross(body.acceleration_rad_s2.col(j)) + bj.cross(body.acceleration_rad_s2.col(i)));
+    }
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues()[0];
+}
+
+// Throughout the middles of throttled segments.
+void test_arcs(const ManeuverBody& body, const OnOffProgram& maneuver,
+               const std::vector<Eigen::Vector3d>& rate_costates, SignTest& test) {
+  const double square = maneuver.end_s * maneuver.end_s;
+  for (std::size_t i = 0; i < maneuver.controls.size(); ++i)
+    for (std::size_t k = 0; k < maneuver.controls[i].size(); ++k) {
+      if (!is_throttled(body.plant, i, maneuver.controls[i][k])) continue;
+      const std::vector<double>& times = maneuver.switch_times_s[i];
+      test.throttled_s += (k == times.size() ? maneuver.end_s : times[k]) - (k == 0 ? 0 : times[k - 1]);
+    }
+  for (std::size_t p = 0; p + 1 < test.times_s.size(); ++p) {
+    const double middle_s = 0.5 * (test.times_s[p] + test.times_s[p + 1]);
+    std::vector<Eigen::Index> throttled;
+    for (std::size_t i = 0; i < maneuver.controls.size(); ++i) {
+      const std::vector<double>& times = maneuver.switch_times_s[i];
+      const auto segment = std::upper_bound(times.begin(), times.end(), middle_s) - times.begin();
+      if (is_throttled(body.plant, i, maneuver.controls[i][static_cast<std::size_t>(segment)]))
+        throttled.push_back(static_cast<Eigen::Index>(i));
+    }
+    if (throttled.empty()) continue;
+    for (const Eigen::Vector3d& costate : {rate_costates[p], rate_costates[p + 1]})
+      test.legendre_clebsch =
+          std::min(test.legendre_clebsch, square * least_clebsch(body, costate, throttled));
+  }
+}
+
 }  // namespace
 
 ManeuverMultipliers fit_multipliers(const SwitchTimeProgram& program, const OnOffProgram& maneuver,
                                     bool is_consumption_active) {
   const SwitchTimeProgram::Slopes slopes = program.slopes(maneuver);
-  const Eigen::Index n = program.switches() + 1;
+  const Eigen::Index n = program.parameter_count();
   const Eigen::Index unknowns = is_consumption_active ? 7 : 6;
   Eigen::MatrixXd conditions(n, unknowns);
   conditions.leftCols(6) = slopes.error_slope.transpose();
   if (is_consumption_active) conditions.col(6) = slopes.consumption_slope;
-  const Eigen::VectorXd right = -Eigen::VectorXd::Unit(n, n - 1);
+  const Eigen::VectorXd right = -Eigen::VectorXd::Unit(n, program.time_at());
   // Rows and unknowns of like size: controls may differ by powers of ten in strength.
   Eigen::VectorXd rows = conditions.rowwise().norm().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = rows.cwiseInverse().asDiagonal() * conditions;
@@ -122,11 +166,13 @@ SignTest test_signs(const ManeuverProblem& problem, const ManeuverBody& body,
   std::vector<std::vector<Look>> looks(controls);
   std::vector<std::size_t> segment(controls, 0);
   std::vector<Look> all;
+  std::vector<Eigen::Matrix<double, 6, 3>> responses;
   for (std::size_t p = 0; p < flight.points().size(); ++p) {
     const FlownPoint& point = flight.points()[p];
     const Eigen::Matrix<double, 6, 3> response =
         to_end * inverse_transition(point.transition, body.plant.is_free()).rightCols<3>();
     test.times_s.push_back(point.time_s);
+    if (program.levels() > 0) responses.push_back(response);
     Eigen::VectorXd switching(controls);
     for (std::size_t i = 0; i < controls; ++i) {
       Look look{i, point.time_s, Vector7::Zero(), 0};
@@ -149,6 +195,13 @@ SignTest test_signs(const ManeuverProblem& problem, const ManeuverBody& body,
   }
   Vector7 m;
   m << test.multipliers.terminal, test.multipliers.consumption;
+  if (program.levels() > 0) {
+    std::vector<Eigen::Vector3d> rate_costates;
+    rate_costates.reserve(responses.size());
+    for (const auto& response : responses)
+      rate_costates.emplace_back(response.transpose() * test.multipliers.terminal);
+    test_arcs(body, maneuver, rate_costates, test);
+  }
   for (std::size_t p = 0; p < test.times_s.size(); ++p) test.switching.emplace_back(controls);
   for (std::size_t i = 0; i < controls; ++i) {
     std::size_t p = 0;

@@ -10,10 +10,6 @@ namespace slew {
 
 namespace {
 
-// Of the Hamiltonian, which is -1.
-constexpr double kSignsRight = 1e-4;
-constexpr double kConditionsMet = 1e-5;
-
 // Of the maneuver's time: optima that differ by less, and by no more than each of them may still save, are
 // one.
 constexpr double kMostSlack = 1e-4;
@@ -24,21 +20,12 @@ std::vector<int> switch_counts(const OnOffProgram& program) {
   return counts;
 }
 
-// Of the maneuver's time: what may be saved by more segments is not worth them.
-constexpr double kNothingToSave = 5e-6;
-
-bool saves_next_to_nothing(const OnOffSolution& solution) {
-  return !solution.is_rate_active && solution.signs.saving_s < kNothingToSave * solution.maneuver.end_s;
-}
-
-bool is_extremal(const OnOffSolution& solution) {
-  return saves_next_to_nothing(solution) && solution.residual < kConditionsMet &&
-         solution.signs.worst < kSignsRight;
-}
-
-// Costates that fit less well say less of the signs.
-bool is_nearly_extremal(const OnOffSolution& solution) {
-  return saves_next_to_nothing(solution) && solution.residual < 1e-3;
+// The shorter; of two that are of a length the one that is an extremal.
+bool is_better(const OnOffSolution& one, const OnOffSolution& other) {
+  constexpr double kAlike = 1e-6;
+  const double longer = one.maneuver.end_s / other.maneuver.end_s - 1;
+  if (std::abs(longer) > kAlike || is_extremal(one) == is_extremal(other)) return longer < 0;
+  return is_extremal(one);
 }
 
 OnOffProgram given_start(const ManeuverProblem& problem, const ManeuverStarts& starts) {
@@ -127,8 +114,19 @@ bool search_on_off(const ManeuverProblem& problem, const ManeuverBody& body, con
        slots *= 2)
     take(search.descend(starts.about_the_eigenaxis(slots), std::numeric_limits<double>::infinity()));
   if (best && !is_fixed && !budget.is_spent()) {
-    const OnOffSolution refined = search.refine(*best);
-    if (refined.violation <= std::max(best->violation, 1e-7)) best = refined;
+    const bool may_throttle = !body.plant.is_on_off && is_worth_refining(*best);
+    const auto throttled = may_throttle ? search.throttled(*best) : std::nullopt;
+    if (throttled && is_extremal(*throttled)) {
+      best = throttled;
+    } else {
+      const OnOffSolution refined = search.refine(*best);
+      if (refined.violation <= std::max(best->violation, 1e-7)) best = refined;
+      if (throttled && is_better(*throttled, *best)) best = throttled;
+      if (may_throttle && !is_extremal(*best)) {
+        const auto again = search.throttled(*best);
+        if (again && is_better(*again, *best)) best = again;
+      }
+    }
     if (!plan.log.optima.empty())
       budget.met(plan.log, best->maneuver.end_s, kMostSlack * best->maneuver.end_s,
                  switch_counts(best->maneuver), is_extremal(*best));
@@ -145,6 +143,8 @@ bool search_on_off(const ManeuverProblem& problem, const ManeuverBody& body, con
   certificate.signs_were_tested = !best->is_rate_active;
   certificate.final_costate = best->signs.multipliers.terminal;
   certificate.price = best->signs.multipliers.consumption;
+  certificate.throttled_s = best->signs.throttled_s;
+  certificate.legendre_clebsch = best->signs.legendre_clebsch;
   certificate.saving_s = best->signs.saving_s;
   plan.status = is_extremal(*best)          ? PlanStatus::extremal
                 : is_nearly_extremal(*best) ? PlanStatus::nearly_extremal

@@ -15,6 +15,8 @@ struct RigidManeuverPlant {
   Eigen::Matrix3Xd influence_N_m = Eigen::Matrix3d::Identity();
   Eigen::VectorXd least_control = Eigen::Vector3d::Constant(-1);
   Eigen::VectorXd most_control = Eigen::Vector3d::Constant(1);
+  /// Controls are least, zero or most, as thrusters are; else they may be throttled.
+  bool is_on_off = false;
   /// What |u_i| = 1 consumes per second, in the unit of the limit on it. Empty: nothing.
   Eigen::VectorXd consumption_1_s;
   std::optional<PivotWeight> weight;

@@ -28,6 +28,16 @@ inline ManeuverProblem reorientation() {
   return problem;
 }
 
+/// A body whose second control has a singular arc, for more than a third of the time.
+inline ManeuverProblem with_singular_arc() {
+  ManeuverProblem problem;
+  problem.plant.inertia_kg_m2 << 1.9, 0.2, 0, 0.2, 2.4, 0.3, 0, 0.3, 1.8;
+  problem.plant.influence_N_m.diagonal() << 1.7, 4.9, 1.1;
+  const Eigen::Vector3d axis(0.1, -0.8, 0.6);
+  problem.final.attitude = euler_parameters_about(axis.normalized(), kRadian * 109);
+  return problem;
+}
+
 /// Vadali, Singh & Carter 1993, the floating article.
 inline ManeuverProblem floating(AstrexThrusters thrusters) {
   ManeuverProblem problem;

@@ -93,6 +93,32 @@ TEST(Sensitivity, OfOnOffManeuversAgainstDifferences) {
   }
 }
 
+// Arcs at the beginning, in the middle and at the end, one piece alone, and others across them.
+OnOffProgram with_levels() {
+  OnOffProgram maneuver;
+  maneuver.end_s = 9;
+  maneuver.controls = {{.3, -.2, .5, 1}, {-1, .4, 0, .3, -.6, .2, -1}, {1, -.6, -.3}};
+  maneuver.switch_times_s = {{1.5, 3, 4.5}, {.7, 3.1, 4, 5.2, 6.4, 7.6}, {5, 7}};
+  return maneuver;
+}
+
+TEST(Sensitivity, OfLevelsAgainstDifferences) {
+  for (auto problem : {floating(AstrexThrusters::two_hundred_lbf), on_pedestal(AstrexThrusters::eight_lbf)}) {
+    problem.most_consumption = 160;
+    problem.most_rate_rad_s = Vector3d::Constant(0.3);
+    const ManeuverBody body(problem.plant);
+    const OnOffProgram maneuver = with_levels();
+    const SwitchTimeProgram program(problem, body, maneuver);
+    // Switches of each control that are not within an arc, the end, levels.
+    EXPECT_EQ(program.parameter_count(), (1 + 4 + 1) + 1 + 9);
+    const Eigen::VectorXd variables = program.variables(maneuver);
+    EXPECT_LE(worst_slope(program.nonlinear(), variables), 1e-6);
+    EXPECT_LE((program.variables(program.program(variables)) - variables).norm(), 1e-13);
+    const Eigen::VectorXd parameters = program.parameters(maneuver);
+    EXPECT_LE((program.parameters(program.program_of_parameters(parameters)) - parameters).norm(), 1e-13);
+  }
+}
+
 TEST(Sensitivity, OfSmoothManeuversAgainstDifferences) {
   auto problem = with_air(smooth(on_pedestal(AstrexThrusters::two_hundred_lbf), {1, 2, 3}));
   problem.smoothness_is_free = problem.rise_is_free = true;
@@ -266,6 +292,83 @@ TEST(Sensitivity, OfOnOffManeuversAgainstCvodes) {
     }
     const Eigen::Matrix<double, 6, 1> ours = flight.drift_at(flight.end(), flight.controls_at_end());
     EXPECT_LE((oracle.by.back() - ours).norm(), 1e-4 * std::max(0.1, ours.norm()));
+  }
+}
+
+// Levels as parameters, between switches that stay where they are.
+struct FlownLevels {
+  struct Lasting {
+    std::size_t control, from, to;  // segments of the whole maneuver
+  };
+  const ManeuverProblem* problem;
+  std::vector<Vector3d> controls;
+  std::vector<double> lengths, levels;
+  std::vector<Lasting> lasting;
+  std::size_t segment = 0;
+};
+
+int level_slope(sunrealtype, N_Vector x, N_Vector dx, void* context) {
+  const auto& flown = *static_cast<const FlownLevels*>(context);
+  const RigidManeuverPlant& plant = flown.problem->plant;
+  const std::size_t k = flown.segment;
+  Vector3d u = flown.controls[k];
+  for (std::size_t l = 0; l < flown.levels.size(); ++l)
+    if (k >= flown.lasting[l].from && k < flown.lasting[l].to)
+      u[static_cast<Eigen::Index>(flown.lasting[l].control)] = flown.levels[l];
+  const Eigen::Map<const Eigen::Matrix<double, 7, 1>> state(N_VGetArrayPointer(x));
+  Eigen::Map<Eigen::Matrix<double, 7, 1>> rate(N_VGetArrayPointer(dx));
+  const auto moved = rigid_rate<double>(plant, plant.inertia_kg_m2.inverse(), state.head<4>(),
+                                        state.tail<3>(), plant.influence_N_m * u);
+  rate << moved.attitude_1_s, moved.acceleration_rad_s2;
+  rate *= flown.lengths[k];
+  return 0;
+}
+
+TEST(Sensitivity, OfLevelsAgainstCvodes) {
+  for (const auto& problem :
+       {floating(AstrexThrusters::two_hundred_lbf), on_pedestal(AstrexThrusters::eight_lbf)}) {
+    const OnOffProgram maneuver = with_levels();
+    ControlHistory history;
+    history.time_s = maneuver.end_s;
+    history.on_off = maneuver;
+    const ManeuverBody body(problem.plant);
+    OnOffFlight flight(body);
+    flight.fly_with_response(maneuver, problem.initial);
+    const std::vector<double> breaks = breaks_of(history);
+    FlownLevels flown{&problem, {}, {}, {}, {}, 0};
+    std::vector<double> stops;
+    for (std::size_t k = 0; k + 1 < breaks.size(); ++k) {
+      flown.controls.push_back(control_at(history, problem.plant, 0.5 * (breaks[k] + breaks[k + 1])));
+      flown.lengths.push_back(breaks[k + 1] - breaks[k]);
+      stops.push_back(static_cast<double>(k + 1));
+    }
+    const auto break_at = [&](double t) {
+      return static_cast<std::size_t>(std::lower_bound(breaks.begin(), breaks.end(), t) - breaks.begin());
+    };
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < maneuver.controls[i].size(); ++k) {
+        if (!is_throttled(problem.plant, i, maneuver.controls[i][k])) continue;
+        const auto& times = maneuver.switch_times_s[i];
+        flown.levels.push_back(maneuver.controls[i][k]);
+        flown.lasting.push_back({i, break_at(k == 0 ? 0 : times[k - 1]),
+                                 break_at(k == times.size() ? maneuver.end_s : times[k])});
+      }
+    ASSERT_EQ(flown.levels.size(), 9u);
+    const Sensitivities oracle = by_cvodes(level_slope, &flown, flown.levels, problem.initial, stops,
+                                           [&](std::size_t k) { flown.segment = k; });
+    const auto is_free = problem.plant.is_free();
+    const auto at_start = [&](double t) -> Eigen::Matrix<double, 6, 3> {
+      std::size_t p = 0;
+      while (flight.points()[p].time_s < t - 1e-12) ++p;
+      return inverse_transition(flight.points()[p].transition, is_free) * flight.response(p);
+    };
+    for (std::size_t l = 0; l < flown.levels.size(); ++l) {
+      const FlownLevels::Lasting& one = flown.lasting[l];
+      const Eigen::Matrix<double, 6, 1> ours =
+          flight.end().transition * ((at_start(breaks[one.to]) - at_start(breaks[one.from])) *
+                                     body.acceleration_rad_s2.col(static_cast<Eigen::Index>(one.control)));
+      EXPECT_LE((oracle.by[l] - ours).norm(), 1e-4 * std::max(0.1, ours.norm())) << l;
+    }
   }
 }
 

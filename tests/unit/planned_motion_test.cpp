@@ -36,7 +36,7 @@ void expect_table_follows(const ManeuverProblem& problem, const ControlHistory& 
 
 TEST(PlannedMotion, FollowsWhatIsFlown) {
   for (const auto& problem : {sphere(90), reorientation(), floating(AstrexThrusters::two_hundred_lbf),
-                              on_pedestal(AstrexThrusters::two_hundred_lbf)})
+                              on_pedestal(AstrexThrusters::two_hundred_lbf), with_singular_arc()})
     expect_table_follows(problem, plan(problem), 1e-9);
   const auto four = smooth(floating(AstrexThrusters::two_hundred_lbf), {1, 2, 1});
   expect_table_follows(four, plan(four), 1e-9);

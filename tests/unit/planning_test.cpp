@@ -107,6 +107,45 @@ TEST(Planning, ValvesFlyAnOnOffPlan) {
   EXPECT_GT(uneven.report.metrics.final_error_rad, 1e-3);
 }
 
+// A body whose second control has a singular arc (tests/unit/maneuver_cases.hpp).
+json with_singular_arc(const json& actuator) {
+  return sphere({{"plant", {{"inertia_kg_m2", {{1.9, 0.2, 0}, {0.2, 2.4, 0.3}, {0, 0.3, 1.8}}}}},
+                 {"maneuver", {{"final_attitude", {{"axis", {0.1, -0.8, 0.6}}, {"angle_deg", 109}}}}},
+                 {"actuator", actuator}});
+}
+
+TEST(Planning, AnIdealTorqueIsThrottledAlongASingularArc) {
+  const Flown slew = planned_and_flown(
+      with_singular_arc({{"type", "ideal_torque"}, {"maximum_torque_N_m", {1.7, 4.9, 1.1}}}));
+  EXPECT_EQ(slew.plan.at("status"), "extremal");
+  EXPECT_NEAR(slew.plan.at("time_s").get<double>(), 2.06253954, 1e-7);
+  EXPECT_GT(slew.plan.at("certificate").at("throttled_s").get<double>(), 0.7);
+  EXPECT_GT(slew.plan.at("certificate").at("legendre_clebsch").get<double>(), 0);
+  expect_arrives(slew, 1e-6);
+  // A picture's controls are the levels.
+  const Prepared made =
+      prepared(with_singular_arc({{"type", "ideal_torque"}, {"maximum_torque_N_m", {1.7, 4.9, 1.1}}}));
+  const json curves = plan_curves(*made.planning, slew.plan);
+  int between = 0;
+  for (const json& u : curves.at("controls")) between += std::abs(u[1].get<double>()) < 0.95;
+  EXPECT_GT(between, 300);
+}
+
+TEST(Planning, ThrustersSwitchOftenAlongASingularArc) {
+  const Flown slew = planned_and_flown(
+      with_singular_arc({{"type", "thruster_couples"},
+                         {"maximum_torque_N_m", nullptr},
+                         {"influence_N_m", {{1.7, 0, 0}, {0, 4.9, 0}, {0, 0, 1.1}}},
+                         {"modulator", {{"type", "schmitt_trigger"}, {"on", 0.5}, {"off", 0.25}}}}));
+  EXPECT_EQ(slew.plan.at("status"), "nearly_extremal");
+  EXPECT_EQ(slew.plan.at("certificate").at("throttled_s"), 0);
+  EXPECT_TRUE(slew.plan.at("certificate").at("legendre_clebsch").is_null());
+  EXPECT_GT(slew.plan.at("switches").get<int>(), 100);
+  for (const json& values : slew.plan.at("controls").at("values"))
+    for (const json& u : values) EXPECT_EQ(std::abs(u.get<double>()), 1);
+  EXPECT_LE(slew.report.metrics.final_error_rad, 1e-6);
+}
+
 // The paper's digits, flown.
 TEST(Planning, GivenControlsAreFlownAsTheyAre) {
   const Prepared made = prepared(preset("vadali-singh-carter-1993/three-switch-200-lbf-as-printed"));

@@ -1,6 +1,6 @@
-// Maneuvers that nobody chose: inertia ratios to 10, any axis, any angle, bounds of any ratio to 10: 250 of
+// Maneuvers that nobody chose: inertia ratios to 10, any axis, any angle, bounds of any ratio to 10: 300 of
 // them, and a thousand where SLEW_THOROUGH is set. Each ends in a plan that arrives, none is slower than
-// turning about the eigenaxis, and nearly all are extremal.
+// turning about the eigenaxis, and of a hundred 98 are extremal: a third of them with singular arcs.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -19,7 +19,7 @@ using namespace slew;
 using namespace slew::test;
 using Eigen::Vector3d;
 
-const std::size_t kProblems = std::getenv("SLEW_THOROUGH") ? 1000 : 250;
+const std::size_t kProblems = std::getenv("SLEW_THOROUGH") ? 1000 : 300;
 
 // Of a body that can exist: no moment is larger than the two others together.
 ManeuverProblem random_problem(std::uint64_t seed) {
@@ -55,7 +55,7 @@ TEST(RandomManeuvers, NoneIsSlowerThanTheEigenaxis) {
     });
   for (std::thread& thread : threads) thread.join();
 
-  std::size_t extremal = 0, nearly = 0;
+  std::size_t extremal = 0, nearly = 0, throttled = 0, levels = 0;
   std::vector<double> gains;
   for (std::size_t k = 0; k < kProblems; ++k) {
     SCOPED_TRACE(k + 1);
@@ -66,14 +66,18 @@ TEST(RandomManeuvers, NoneIsSlowerThanTheEigenaxis) {
     EXPECT_GE(found.time_s, found.certificate.least_s * (1 - 1e-9));
     extremal += found.status == PlanStatus::extremal;
     nearly += found.status == PlanStatus::nearly_extremal;
+    throttled += found.certificate.throttled_s > 0;
+    for (const auto& values : found.on_off.controls)
+      for (const double u : values) levels += std::abs(u) != 1;
     gains.push_back(1 - found.time_s / found.certificate.eigenaxis_s);
   }
   std::nth_element(gains.begin(), gains.begin() + kProblems / 2, gains.end());
-  std::printf("extremal %zu, nearly %zu of %zu; median gain over the eigenaxis %.2f %%\n", extremal, nearly,
-              kProblems, 100 * gains[kProblems / 2]);
+  std::printf("extremal %zu, nearly %zu of %zu; throttled %zu, with %zu levels; median gain %.2f %%\n",
+              extremal, nearly, kProblems, throttled, levels, 100 * gains[kProblems / 2]);
   RecordProperty("extremal", std::to_string(extremal));
   RecordProperty("median_gain_percent", std::to_string(100 * gains[kProblems / 2]));
-  EXPECT_GE(extremal + nearly, kProblems * 95 / 100);
+  EXPECT_GE(extremal, kProblems * 98 / 100);
+  EXPECT_GE(throttled, kProblems / 4);
 }
 
 }  // namespace
