@@ -14,6 +14,7 @@
 #include "server/experiment/shaper_request.hpp"
 #include "server/experiment/structure_request.hpp"
 #include "server/experiment/wall_time.hpp"
+#include "server/guidance/plan_certificate.hpp"
 #include "server/simulation/ballast.hpp"
 
 namespace slew {
@@ -220,7 +221,13 @@ std::variant<Prepared, Rejection> prepare(std::string_view request_text) {
     if (!prepared.planning) return prepared;
     if (auto violations = planning_violations(*prepared.planning, resolved); !violations.empty())
       return invalid(std::move(violations));
-    if (prepared.planning->given) adopt_plan(prepared, plan_maneuver(*prepared.planning));
+    if (prepared.planning->given) try {
+        adopt_plan(prepared, plan_maneuver(*prepared.planning));
+      } catch (const MotionTooLong& why) {
+        return invalid(
+            {{"/guidance", "the controls that are given spin the body up: " + std::string(why.what()), "",
+              "controls that bring it from one attitude to another"}});
+      }
   }
   return prepared;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <string>
 
 #include "server/guidance/maneuver_bounds.hpp"
 #include "server/propagation/erk_solver.hpp"
@@ -12,6 +14,8 @@ namespace slew {
 namespace {
 
 constexpr double kTolerance = 1e-12;
+// Far more than a maneuver of hundreds of switches takes.
+constexpr int kMostSteps = 20000;
 
 // q, w, and what is consumed.
 constexpr sunindextype kSize = 8;
@@ -64,6 +68,7 @@ void fly(const ManeuverProblem& problem, const ControlHistory& history, const st
   std::sort(stops.begin(), stops.end());
   seen(0.0, x);
   double t = 0;
+  int steps = 0;
   for (const double stop : stops) {
     if (stop > history.time_s) break;
     // What only rounding keeps apart has one state: the integrator does not move for less.
@@ -82,6 +87,10 @@ void fly(const ManeuverProblem& problem, const ControlHistory& history, const st
       check_sundials(ERKStepEvolve(solver.memory, stop, solver.state, &reached, ARK_ONE_STEP),
                      "ERKStepEvolve");
       t = reached;
+      if (++steps > kMostSteps)
+        throw MotionTooLong("the motion takes more than " + std::to_string(kMostSteps) +
+                            " steps to follow; at t = " + std::to_string(t) + " s the body turns at " +
+                            std::to_string(x.segment<3>(4).norm() * 180 / std::numbers::pi) + " deg/s");
       seen(t, x);
     }
     t = stop;

@@ -249,5 +249,13 @@ TEST(ShaperRequest, WhatIsLegalAndWorthAWord) {
   EXPECT_NE(elsewhere[0].find("principal axis"), std::string::npos);
 }
 
+// Controls are flown while the request is taken in, and others wait for the same intake.
+TEST(ShaperRequest, ControlsThatSpinTheBodyUpAreRefused) {
+  const auto found = violations(with("benchmark/controls-unshaped", {{"guidance", {{"time_s", 10000}}}}));
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].pointer, "/guidance");
+  EXPECT_NE(found[0].problem.find("deg/s"), std::string::npos) << found[0].problem;
+}
+
 }  // namespace
 }  // namespace slew
