@@ -276,17 +276,21 @@ const valijson::Schema& compiled(std::string_view name) {
 
 void fill_defaults(const json& root, const json& schema, json& value) {
   if (!value.is_object() && !value.is_array()) return;
-  for (const json* fragment : applicable(root, schema, value)) {
-    if (const auto properties = fragment->find("properties");
-        properties != fragment->end() && value.is_object())
-      for (const auto& [name, property] : properties->items()) {
-        if (!value.contains(name) && property.contains("default")) value[name] = property.at("default");
-        if (value.contains(name)) fill_defaults(root, property, value[name]);
-      }
-    if (const json* others = schema_of_others(*fragment); others && value.is_object())
-      for (json& member : value) fill_defaults(root, *others, member);
-    if (const auto items = fragment->find("items"); items != fragment->end() && value.is_array())
-      for (json& item : value) fill_defaults(root, *items, item);
+  // A type that was filled in says what more belongs there: again, until nothing is added.
+  for (std::size_t before = value.size() + 1; before != value.size();) {
+    before = value.size();
+    for (const json* fragment : applicable(root, schema, value)) {
+      if (const auto properties = fragment->find("properties");
+          properties != fragment->end() && value.is_object())
+        for (const auto& [name, property] : properties->items()) {
+          if (!value.contains(name) && property.contains("default")) value[name] = property.at("default");
+          if (value.contains(name)) fill_defaults(root, property, value[name]);
+        }
+      if (const json* others = schema_of_others(*fragment); others && value.is_object())
+        for (json& member : value) fill_defaults(root, *others, member);
+      if (const auto items = fragment->find("items"); items != fragment->end() && value.is_array())
+        for (json& item : value) fill_defaults(root, *items, item);
+    }
   }
 }
 

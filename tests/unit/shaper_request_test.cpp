@@ -249,6 +249,14 @@ TEST(ShaperRequest, WhatIsLegalAndWorthAWord) {
   EXPECT_NE(elsewhere[0].find("principal axis"), std::string::npos);
 }
 
+TEST(ShaperRequest, NeedsNoTypeOfGuidance) {
+  const json shaper = {{"type", "zero_vibration"}, {"modes", {1}}};
+  const auto brief = prepared(with("benchmark/step-unshaped", {{"guidance", {{"shaper", shaper}}}}));
+  const auto whole =
+      prepared(with("benchmark/step-unshaped", {{"guidance", {{"type", "none"}, {"shaper", shaper}}}}));
+  EXPECT_EQ(brief.resolved, whole.resolved);
+}
+
 // Controls are flown while the request is taken in, and others wait for the same intake.
 TEST(ShaperRequest, ControlsThatSpinTheBodyUpAreRefused) {
   const auto found = violations(with("benchmark/controls-unshaped", {{"guidance", {{"time_s", 10000}}}}));
