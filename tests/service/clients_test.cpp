@@ -69,7 +69,7 @@ TEST(Clients, RequesterAndRecorderCountTheSame) {
   Client recorder(server, "recorder", {"--until-ended", "60", "--for", "120"});
   settle();
   // Under sanitizers a paced one may cost more than there is, and be refused.
-  const char* const paced = SLEW_IS_SANITIZED ? "0" : "0.3";
+  const char* const paced = SLEW_IS_SANITIZED ? "0" : "0.15";
   Client requester(server, "requester", {"--count", "60", "--paced", paced, "--for", "120"});
   EXPECT_EQ(requester.wait(), 0);
   EXPECT_EQ(recorder.wait(), 0);
