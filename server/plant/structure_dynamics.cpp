@@ -49,7 +49,9 @@ StructureDynamics structure_dynamics(const ReducedStructure& structure, double a
   out.gyroscopic = mass.solve(structure.gyroscopic);
   out.tangential = mass.solve(structure.tangential);
   out.centrifugal = mass.solve(structure.centrifugal);
-  out.input = mass.solve(structure.basis.transpose() * inputs);
+  // Eigen solves for no right side at all by a reference to nothing.
+  out.input = Eigen::MatrixXd(structure.size(), inputs.cols());
+  if (inputs.cols() > 0) out.input = mass.solve(structure.basis.transpose() * inputs);
   out.tangential_load = mass.solve(left_over(structure.tangential_load, structure.axis, loads));
   out.centrifugal_load = mass.solve(left_over(structure.centrifugal_load, structure.axis, loads));
   return out;
