@@ -45,15 +45,6 @@ FlightPointer Registry::by_request(const wire::Id& id) const {
   return place == by_request_.end() ? nullptr : place->second;
 }
 
-std::vector<FlightPointer> Registry::by_prefix(const std::string& digits) const {
-  const std::lock_guard lock(mutex_);
-  std::vector<FlightPointer> found;
-  for (const auto& [id, flight] : by_experiment_)
-    if (id.hex().starts_with(digits) || flight->entry().request_id.hex().starts_with(digits))
-      found.push_back(flight);
-  return found;
-}
-
 std::vector<FlightPointer> Registry::page(std::optional<wire::Phase> phase, std::size_t limit,
                                           std::size_t offset, std::size_t& total) const {
   const std::lock_guard lock(mutex_);

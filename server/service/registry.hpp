@@ -26,8 +26,6 @@ class Registry {
 
   FlightPointer by_experiment(const wire::Id& id) const;
   FlightPointer by_request(const wire::Id& id) const;
-  /// All whose experiment's or request's id begins with these digits.
-  std::vector<FlightPointer> by_prefix(const std::string& digits) const;
 
   /// Newest first; `phase` limits it to one. What is not accepted yet is left out.
   std::vector<FlightPointer> page(std::optional<wire::Phase> phase, std::size_t limit, std::size_t offset,

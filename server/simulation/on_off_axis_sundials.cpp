@@ -88,6 +88,7 @@ class SundialsOnOffRun final : public Run {
   void rub();
   bool leads_into_box() const;
   void fire(int u);
+  void switch_to(int u);
   void see_box(bool inside);
   void note(std::uint32_t channel, int mode);
   void fly_to(double stop_s);
@@ -316,14 +317,8 @@ void SundialsOnOffRun::throttle(double part) {
   const int u = part > 0 ? 1 : part < 0 ? -1 : 0;
   if (u == u_ && (u == 0 || std::abs(part) == share_)) return;
   share_ = u == 0 ? 1 : std::abs(part);
-  u_ = ordered_ = u;
-  is_fresh_ = true;
-  if (u == -direction_) has_braked_ = true;
-  if (u != 0) {
-    ++metrics_.firings.total;
-    ++metrics_.firings.per_thruster[u > 0 ? 0 : 1];
-  }
-  note(kThrusterEvent, u);
+  ordered_ = u;
+  switch_to(u);
 }
 
 double SundialsOnOffRun::next_timer() const {
@@ -347,7 +342,10 @@ double SundialsOnOffRun::next_timer() const {
 }
 
 void SundialsOnOffRun::fire(int u) {
-  if (u == u_) return;
+  if (u != u_) switch_to(u);
+}
+
+void SundialsOnOffRun::switch_to(int u) {
   u_ = u;
   is_fresh_ = true;
   if (u == -direction_) has_braked_ = true;
